@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.comparison.methods import network_corrected_root, neural_network
+from brushgrip.comparison.methods import train_neural_network, train_root_correction_network
 from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, picture
 from identification import Recording, read_recording
 from identification.thesis.friction_network import FrictionNetwork, LabelMean, NetworkDesign, label_mean
@@ -51,8 +51,8 @@ def learners(training: Sequence[Recording], design: NetworkDesign, full: bool) -
     correcting = replace(design, hidden=CORRECTING_LAYERS) if full else design
     return [
         label_mean(training),
-        neural_network(training, plain),
-        network_corrected_root(training, correcting),
+        train_neural_network(training, plain),
+        train_root_correction_network(training, correcting),
     ]
 
 
@@ -83,7 +83,7 @@ def table(
     print("| method | " + " | ".join(one.name for one in tests) + " |\n|---|" + "---|" * len(tests))
     tracks = []
     for test in tests:
-        learnt = [{method.name: method.estimate(test) for method in seed} for seed in taught]
+        learnt = [{method.name: method.estimate_mu_eff(test) for method in seed} for seed in taught]
         tracks.append([one | others(test) for one in learnt])
     for name in tracks[0][0]:
         cells = []

@@ -29,8 +29,8 @@ from numpy.typing import NDArray
 from brushgrip.comparison.methods import (
     all_inputs,
     angle_and_torque_inputs,
-    network_corrected_root,
-    neural_network,
+    train_neural_network,
+    train_root_correction_network,
 )
 from brushgrip.pictures.style import BEFORE, MEASURED, picture
 from observers import Ekf, Mhe, Sample, Tuning
@@ -113,7 +113,7 @@ def filtered(
 def surfaces(psi: np.ndarray, M: np.ndarray) -> dict[str, Surface]:
     """Every method on these points."""
     training = [steered(0.5), steered(1.8)]
-    plain, correcting = neural_network(training), network_corrected_root(training)
+    plain, correcting = train_neural_network(training), train_root_correction_network(training)
     mu = root(psi, M)
     # All that the mesh does not vary stays as half way back.
     middle = (BACK.start + BACK.stop) // 2

@@ -35,7 +35,7 @@ from observers.protocol import (
 )
 from observers.quality.friction_across_recordings import GroundFriction, ground_friction
 from observers.quality.innovations import Innovations, innovations
-from observers.quality.settling_and_coverage import FrictionQuality, friction_quality, friction_spread
+from observers.quality.self_consistency import SelfConsistency, friction_spread, self_consistency
 from observers.quality.wrong_units_or_signs import suspicions_of
 from observers.thesis.root_observer import RootObserver, ZoneRootState
 from observers.thesis.zone_state_machine import ZoneHistory, zone_history
@@ -56,7 +56,6 @@ __all__ = [
     "Ekf",
     "Estimate",
     "Estimates",
-    "FrictionQuality",
     "FunctionObserver",
     "GroundFriction",
     "Innovations",
@@ -72,6 +71,7 @@ __all__ = [
     "RackSampler",
     "RootObserver",
     "Sample",
+    "SelfConsistency",
     "Status",
     "SteeringLimits",
     "SteeringTorque",
@@ -83,7 +83,6 @@ __all__ = [
     "car_observer",
     "causal_rate",
     "covariance_of",
-    "friction_quality",
     "friction_spread",
     "from_files",
     "ground_friction",
@@ -93,6 +92,7 @@ __all__ = [
     "profile",
     "run",
     "run_standstills",
+    "self_consistency",
     "smooth",
     "suspicions_of",
     "tuning_for",

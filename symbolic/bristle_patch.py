@@ -71,13 +71,13 @@ class BristlePatch:
 
     `columns` stand over the length, half as many where `rows` over the half-width smooth the sum. The
     memory holds q/a of every bristle and, with relaxation, the stress of its Maxwell branch in the same
-    unit. `search` takes the place of `symbolic.slip_at_friction_limit.bristle_slip_solver`.
+    unit. `solver` takes the place of `symbolic.slip_at_friction_limit.bristle_slip_solver`.
     """
 
     traits: BristleTraits
     columns: int = 80
     rows: int = 6
-    search: BristleSlipSolver | None = None
+    solver: BristleSlipSolver | None = None
     smooth: ClassVar[bool] = True
     """A bristle's deformation is piecewise linear in the turn, or smoother."""
 
@@ -136,11 +136,11 @@ class BristlePatch:
             q = memory + stretch
             if creep is None:
                 return clipped(q, limit)
-            return q - slip(q, limit, 0, reach, creep, self.search)
+            return q - slip(q, limit, 0, reach, creep, self.solver)
         # The stop with a Maxwell branch: sliding relieves spring and branch together.
         decay, branch_gain = coefficients[3 * n], coefficients[3 * n + 1]
         q, m = memory[:n] + stretch, memory[n:] * decay + branch_gain * stretch
-        slipped = slip(q + m, limit, branch_gain, reach, creep, self.search)
+        slipped = slip(q + m, limit, branch_gain, reach, creep, self.solver)
         return ca.vertcat(q - slipped, m - branch_gain * slipped)
 
     def torque(self, memory: Expression, coefficients: Expression) -> Expression:

@@ -37,25 +37,26 @@ def slip(
     stress: Expression,
     limit: Expression,
     branch_gain: Expression,
-    reach: Expression,
-    c: Expression | None,
-    search: BristleSlipSolver | None = None,
+    slip_per_speed: Expression,
+    log_speed_gain: Expression | None,
+    solver: BristleSlipSolver | None = None,
 ) -> Expression:
     """Slip that brings every bristle back to the friction limit, in the unit of stress and limit, (n,).
 
-    The limit is that at the reference speed where it grows by c >= 0 [1] with the log of the sliding
-    speed; c None is the plain stop. branch_gain is the stiffness of the Maxwell branch in shares of the
-    spring's, reach the slip of one sample at 1 m/s. `search` takes the place of `bristle_slip_solver`.
-    With c, first derivatives are exact and second derivatives are wrong.
+    The limit is that at the reference speed where it grows by log_speed_gain, c >= 0 [1], with the log
+    of the sliding speed; None is the plain stop. branch_gain is the stiffness of the Maxwell branch in
+    shares of the spring's, slip_per_speed the slip of one sample at 1 m/s. `solver` takes the place of
+    `bristle_slip_solver`. With c, first derivatives are exact and second derivatives are wrong.
     """
-    if c is None:
+    if log_speed_gain is None:
         return (stress - clipped(stress, limit)) / (1 + branch_gain)
     size = ca.fabs(stress)
-    found = (search or bristle_slip_solver(int(stress.numel())))(size, limit, branch_gain, reach, c)
+    c, solve = log_speed_gain, solver or bristle_slip_solver(int(stress.numel()))
+    found = solve(size, limit, branch_gain, slip_per_speed, c)
     slipped, level, moving, yielding = found
     # The search is not differentiated. `beyond` is zero there; its derivative is the correction of the
     # implicit function theorem.
-    log_speed = level - moving * ca.log(reach)
+    log_speed = level - moving * ca.log(slip_per_speed)
     beyond = (1 + branch_gain) * slipped + limit * (1 + c * (log_speed - _REFERENCE_LOG_SPEED)) - size
     return ca.sign(stress) * (slipped - yielding * beyond)
 

@@ -15,9 +15,9 @@ import typer
 from typer.core import TyperCommand
 
 from brushgrip import commands
-from brushgrip.cli.own_packages_shadowed import foreign_packages
+from brushgrip.cli.own_packages_shadowed import shadowed_packages_message
 from brushgrip.outputs.standard_streams import REMARKS, spell_unencodable, stdout_fault
-from brushgrip.outputs.verbosity import COMMAND_LINE, SPEECH, Verbosity, flags_first, reserve_stdout
+from brushgrip.outputs.verbosity import COMMAND_LINE, SPEECH, Verbosity, flags_first, stdout_for_json
 
 BAD_INPUT, FAILED = 2, 1
 """Exit status for input that the user can correct, and for failures outside, such as of a download."""
@@ -106,7 +106,7 @@ def global_options(
         raise typer.BadParameter("--json prints the result, --quiet nothing; give one of them")
     SPEECH.set(Verbosity.JSON if json else Verbosity.QUIET if quiet else Verbosity.PLAIN)
     if json:
-        context.with_resource(reserve_stdout())
+        context.with_resource(stdout_for_json())
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -119,8 +119,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         SystemExit: always; status 0 on success, 2 for bad input, 1 for failures outside.
     """
     spell_unencodable()
-    if foreign := foreign_packages():
-        print(f"brushgrip: {foreign}", file=sys.stderr)
+    if message := shadowed_packages_message():
+        print(f"brushgrip: {message}", file=sys.stderr)
         raise SystemExit(FAILED)
     if arguments is not None:
         raise SystemExit(copy_context().run(_run, arguments))
@@ -134,7 +134,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _run(arguments: Sequence[str]) -> int:
     """The exit status of a command line, in a context of its own; what went wrong is said."""
     # A command line without anything asks what there is.
-    given = flags_first(repeat_lists(arguments)) or ["--help"]
+    given = flags_first(repeat_flag_per_value(arguments)) or ["--help"]
     COMMAND_LINE.set(tuple(arguments))
     REMARKS.set(set())
     try:
@@ -174,7 +174,7 @@ def _print_error(message: str) -> None:
     print(f"brushgrip: {one_line(' '.join(message.split()))}", file=sys.stderr)
 
 
-def repeat_lists(arguments: Sequence[str]) -> list[str]:
+def repeat_flag_per_value(arguments: Sequence[str]) -> list[str]:
     """The arguments with `--holdout A B` written as `--holdout A --holdout B`, and so all of `LISTS`."""
     spread: list[str] = []
     rest = list(arguments)

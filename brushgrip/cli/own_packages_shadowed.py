@@ -11,7 +11,7 @@ BEGINNINGS = {
 """How the package of each name begins that is ours."""
 
 
-def foreign_packages() -> str:
+def shadowed_packages_message() -> str:
     """One line on packages of another distribution that stand in the place of ours; empty for none.
 
     Nothing is imported: what stands there would run.

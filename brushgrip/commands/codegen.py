@@ -100,8 +100,12 @@ class CodegenRequest:
     def run(self) -> None:
         """Write an observer as C, as an FMU or as a package of ROS 2."""
         from brushgrip.estimation.suspicious_recordings import weaker_direction
-        from brushgrip.inputs.chosen_observer import chosen_observer, rig_or_vehicle_file, window_setting
         from brushgrip.inputs.command_inputs import gather_inputs
+        from brushgrip.inputs.model_observer_from_options import (
+            model_observer_from_options,
+            rig_or_vehicle_file,
+            window_setting,
+        )
         from brushgrip.inputs.option_values import chosen_tuning
         from brushgrip.outputs import observer_export
         from brushgrip.outputs.atomic import staged_directory
@@ -117,7 +121,7 @@ class CodegenRequest:
         inputs = gather_inputs(
             rig=self.rig, model=self.model, effects=self.effects, vehicle=self.vehicle
         )
-        observer = chosen_observer(
+        observer = model_observer_from_options(
             self.observer, self.torque, inputs, tuning, self.ground,
             stiffness_state=self.stiffness_state, acquire=not self.no_acquire, **window,
         )  # fmt: skip

@@ -82,7 +82,7 @@ class DiagnoseRequest(RecordingRequest):
         )
         from brushgrip.running.unfinished_search import trial_journal
         from identification import LEAST_SQUARES, Huber
-        from identification.reading.shortened_recordings import thin_recordings
+        from identification.reading.trimming_and_thinning import thin_recordings
         from symbolic import CANDIDATES
         from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 

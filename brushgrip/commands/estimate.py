@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from brushgrip.commands.options import (
-    GroundRequest,
     Jobs,
+    ModelRunRequest,
     ObserverUsed,
     Scheduler,
     StiffnessState,
@@ -29,7 +29,7 @@ MAX_PRINTED = 20
 
 
 @dataclass(frozen=True, kw_only=True)
-class EstimateRequest(GroundRequest):
+class EstimateRequest(ModelRunRequest):
     """Estimate friction over time, causally, one row a sample.
 
     Friction by the last usable sample is printed; --out writes all samples, and a picture beside them.
@@ -95,7 +95,7 @@ class EstimateRequest(GroundRequest):
     def run(self) -> None:
         """Write friction over time for each recording, a picture for a single one, and the summary."""
         from brushgrip.estimation.observe_recording import aligning_torque_model, observer_factory
-        from brushgrip.inputs.command_inputs import staged_tables
+        from brushgrip.inputs.command_inputs import staged_files_with_provenance
         from brushgrip.inputs.option_values import chosen_tuning
         from brushgrip.outputs.atomic import is_same_file, table_path, write_utf8
         from brushgrip.running.batch import (
@@ -103,7 +103,7 @@ class EstimateRequest(GroundRequest):
             estimate_all,
             other_outputs,
             summary_csv,
-            task_submission,
+            task_executor,
         )
         from symbolic import InvalidInputError
 
@@ -138,12 +138,12 @@ class EstimateRequest(GroundRequest):
         }
         if self.summary and any(is_same_file(self.summary, table) for table in tables):
             raise InvalidInputError(f"{self.summary}: --summary and --out must name different files")
-        with staged_tables(inputs, finals, settings, tables) as stages:
+        with staged_files_with_provenance(inputs, finals, settings, tables) as stages:
             if alone:
                 # There may be a picture without a table, but no table without its picture.
                 own = dict(zip(("picture", "out"), reversed(stages), strict=False))
                 tasks = [replace(tasks[0], out=own.get("out"), picture=own.get("picture"))]
-            with task_submission(inputs, tasks, self.jobs, self.scheduler) as (submit, report):
+            with task_executor(inputs, tasks, self.jobs, self.scheduler) as (submit, report):
                 outcomes = estimate_all(tasks, submit, report)
             if alone and (fault := outcomes[0].fault):
                 raise fault

@@ -196,7 +196,7 @@ class RecordingRequest:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GroundRequest(RecordingRequest):
+class ModelRunRequest(RecordingRequest):
     """What commands that run a model over recordings have in common."""
 
     model: ModelFile = None

@@ -87,8 +87,8 @@ class PlanRequest:
 
     def run(self) -> None:
         """Write the path and say how far to turn on each ground."""
-        from brushgrip.inputs.chosen_observer import chosen_observer
-        from brushgrip.inputs.command_inputs import gather_inputs, staged_tables
+        from brushgrip.inputs.command_inputs import gather_inputs, staged_files_with_provenance
+        from brushgrip.inputs.model_observer_from_options import model_observer_from_options
         from brushgrip.inputs.option_values import (
             chosen_limits,
             chosen_tuning,
@@ -112,7 +112,7 @@ class PlanRequest:
             rig=self.rig, model=self.model, effects=self.effects, vehicle=self.vehicle
         )
         of_wheel = self.vehicle is None and self.torque == "M_z"
-        observer = chosen_observer(
+        observer = model_observer_from_options(
             self.observer, self.torque, inputs, tuning, stiffness_state=of_wheel or None
         )
         car = read_vehicle_file(self.vehicle) if self.vehicle else None
@@ -123,7 +123,7 @@ class PlanRequest:
             "least": self.least.value, "over": self.over.value, "observer": self.observer.value,
             "torque": self.torque.value, "tuning": tuning and tuning.to_dict(),
         }  # fmt: skip
-        with staged_tables(inputs, finals, settings) as stages, progress() as report:
+        with staged_files_with_provenance(inputs, finals, settings) as stages, progress() as report:
             planned = plan(
                 observer, target, limits, F_N, mus=mus, objective=self.least.value, over=self.over.value,
                 progress=report,

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from brushgrip.commands.options import GroundRequest, file_option, option
+from brushgrip.commands.options import ModelRunRequest, file_option, option
 
 
 @dataclass(frozen=True, kw_only=True)
-class SimulateRequest(GroundRequest):
+class SimulateRequest(ModelRunRequest):
     """Simulate the aligning torque for the angle and the load of recordings: t,M_z.
 
     No M_z is needed. mu, a and e are those of the model file where it was fitted to this very file, else
@@ -34,7 +34,7 @@ class SimulateRequest(GroundRequest):
             simulation_model_and_values,
             values_in_words,
         )
-        from brushgrip.inputs.command_inputs import staged_tables
+        from brushgrip.inputs.command_inputs import staged_files_with_provenance
         from brushgrip.outputs.atomic import table_path, write_utf8
         from brushgrip.outputs.console import say, show_json
         from brushgrip.report.printed_results import say_ground_values
@@ -46,7 +46,7 @@ class SimulateRequest(GroundRequest):
         inputs = self.model_inputs()
         finals = [table_path(self.out, name, len(inputs.paths)) for name in inputs.paths]
         settings = {"mu": self.mu, "ground": list(self.ground or ())}
-        with staged_tables(inputs, finals, settings, out=self.out) as stages:
+        with staged_files_with_provenance(inputs, finals, settings, out=self.out) as stages:
             recordings, found = inputs.recordings(torque_required=False), inputs.found()
             models = [simulation_model_and_values(recording, found, self.mu) for recording in recordings]
             for recording, (model, values), stage in zip(recordings, models, stages, strict=True):

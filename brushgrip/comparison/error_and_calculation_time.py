@@ -88,7 +88,7 @@ def estimate_and_time_ratio(method: Method, recording: Recording) -> tuple[Array
     times: list[float] = []
     while len(times) < MIN_ROUNDS or sum(times[1:]) < MIN_TIME:
         begin = process_time()
-        estimates.append(method.estimate(recording))
+        estimates.append(method.estimate_mu_eff(recording))
         times.append(process_time() - begin)
     return estimates[0], min(times) / float(recording.t[-1] - recording.t[0])
 

@@ -43,7 +43,7 @@ class Method(Protocol):
     def gives_deviation(self) -> bool:
         """Whether the method gives a standard deviation."""
 
-    def estimate(self, recording: Recording) -> Array:
+    def estimate_mu_eff(self, recording: Recording) -> Array:
         """Effective friction at every sample, from this and earlier samples alone, shape (n,) [1].
 
         That of the declared model is its mu. Each call is timed; work done once per recording, such as
@@ -61,8 +61,8 @@ class ObserverMethod:
     works_beyond_five_zones: bool = True
     gives_deviation: bool = True
 
-    def estimate(self, recording: Recording) -> Array:
-        """See `Method.estimate`."""
+    def estimate_mu_eff(self, recording: Recording) -> Array:
+        """See `Method.estimate_mu_eff`."""
         observer = self.factory(recording, self.found)
         return mu_eff_or_mu(run(observer, **run_arguments(recording), one_by_one=True))
 
@@ -76,8 +76,8 @@ class CompiledEkf:
     works_beyond_five_zones: bool = True
     gives_deviation: bool = True
 
-    def estimate(self, recording: Recording) -> Array:
-        """See `Method.estimate`."""
+    def estimate_mu_eff(self, recording: Recording) -> Array:
+        """See `Method.estimate_mu_eff`."""
         ekf = model_observer(Ekf, recording, self.found)
         code = _compiled_ekf(
             ekf.model, tuple(ekf.values.items()), ekf.rig, ekf.measurement_model, ekf.tuning
@@ -148,14 +148,14 @@ def all_inputs(recording: Recording) -> Array:
     return np.column_stack([inputs, rig.e * ones, *state, rig.a * ones, k * ones, analytic.mu])
 
 
-def neural_network(
+def train_neural_network(
     recordings: Sequence[Recording], design: NetworkDesign | None = None
 ) -> FrictionNetwork:
     """The neural network of [Györök 2022], section 4.1, trained on recordings with a declared mu."""
     return train_network(recordings, angle_and_torque_inputs, design, name="neural network")
 
 
-def network_corrected_root(
+def train_root_correction_network(
     recordings: Sequence[Recording], design: NetworkDesign | None = None
 ) -> FrictionNetwork:
     """Root solve with a correcting network: scientific machine learning, [Györök 2022], section 4.2.
@@ -171,7 +171,11 @@ def trained_methods(training: Sequence[Case]) -> list[Method]:
     labelled = [
         replace(case.recording, tyre=replace(case.recording.tyre, mu=case.declared)) for case in training
     ]
-    return [neural_network(labelled), network_corrected_root(labelled), label_mean(labelled)]
+    return [
+        train_neural_network(labelled),
+        train_root_correction_network(labelled),
+        label_mean(labelled),
+    ]
 
 
 def _zones(recording: Recording) -> ZoneHistory:

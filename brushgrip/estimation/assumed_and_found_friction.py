@@ -18,21 +18,21 @@ from brushgrip.estimation.observe_recording import (
 from brushgrip.inputs.option_choices import ObserverName
 from identification import Diagnosis, FoundModel, Recording, signals_of
 from identification.selection.trial_runner import Submit, results_of, run_at_once
-from observers import FrictionQuality, GroundFriction, friction_quality, friction_spread, ground_friction
+from observers import GroundFriction, SelfConsistency, friction_spread, ground_friction, self_consistency
 from symbolic.deformation import full_slide_arm
 from symbolic.tables.found_model import is_of_other_scale
 from symbolic.trajectory_sensitivity import memory_at_full_slide
 
-_Observed = tuple[FrictionTrack, FrictionQuality]
-Stage = Mapping[str, FrictionQuality]
-"""The quality of the estimates on each recording, by name."""
+_Observed = tuple[FrictionTrack, SelfConsistency]
+Stage = Mapping[str, SelfConsistency]
+"""Consistency of the estimates on each recording with the final one, by name."""
 MODELS = ("assumed model", "model found")
 EKF_DECLARED, EKF_FOUND, MHE_FOUND = (f"EKF, {MODELS[0]}", f"EKF, {MODELS[1]}", f"MHE, {MODELS[1]}")
 """Labels of tracks."""
 MAX_COMPARED = 6
 """Most recordings whose friction over time is shown by every observer."""
 FIGURES = ("settling", "drift", "relative_band", "coverage", "reference_coverage")
-"""Figures of `FrictionQuality` that are averaged over recordings."""
+"""Figures of `SelfConsistency` that are averaged over recordings."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -99,8 +99,8 @@ class FrictionOutcome:
                 "load": self.load if stage is self.after else None,
                 "without_stand_ins": dict(self.without_stand_ins) if stage is self.after else {},
                 "recordings": {
-                    recording: asdict(quality) | usable_part(self.tracks_of(label).get(recording))
-                    for recording, quality in stage.items()
+                    recording: asdict(consistency) | usable_part(self.tracks_of(label).get(recording))
+                    for recording, consistency in stage.items()
                 },
             }
             for name, stage, label in (
@@ -113,7 +113,7 @@ class FrictionOutcome:
 def mean_figures(stage: Stage, recordings: Iterable[str]) -> dict[str, float | None]:
     """The figures of `FIGURES`, each averaged over those of the recordings that have it."""
     chosen = [stage[name] for name in recordings]
-    return {figure: _mean([getattr(quality, figure) for quality in chosen]) for figure in FIGURES}
+    return {figure: _mean([getattr(one, figure) for one in chosen]) for figure in FIGURES}
 
 
 def usable_part(track: FrictionTrack | None) -> dict[str, float | None]:
@@ -232,7 +232,7 @@ def _observed(
     references: Mapping[str, float],
     load: float | None,
 ) -> dict[str, _Observed]:
-    """Tracks of an observer over recordings, and their quality, by name; of a found model at a load."""
+    """Tracks of an observer over recordings, and how consistent, by name; of a found model at a load."""
     factory, observed = observer_factory(observer), {}
     for recording in recordings:
         # A car's observer knows its gear as declared, and takes no other model.
@@ -247,7 +247,7 @@ def _observed(
             reference_label="μ_eff fitted to the whole recording",
             budget=friction_budget(factory, recording, used, estimates) if with_budget else {},
         )
-        observed[recording.name] = track, friction_quality(estimates, reference)
+        observed[recording.name] = track, self_consistency(estimates, reference)
     return observed
 
 

@@ -207,25 +207,27 @@ def _over_standstills(
     factory: ObserverFactory, recording: Recording, standstills: Standstills, found: FoundModel | None
 ) -> Estimates:
     """Friction of a car, each standstill by an observer of its own."""
-    of_brakes = {b: factory(with_brakes(recording, standstills, b), found) for b in standstills.brakes}
+    of_brakes = {
+        b: factory(with_mean_wheel(recording, standstills, b), found) for b in standstills.brakes
+    }
     return run_standstills(
         [of_brakes[brakes] for brakes in standstills.brakes], standstills.stretch, t=recording.t,
-        psi=angle_without_imputed(recording), F_N=recording.F_N, M_z=recording.M_z,
+        psi=angle_nan_where_imputed(recording), F_N=recording.F_N, M_z=recording.M_z,
     )  # fmt: skip
 
 
-def with_brakes(recording: Recording, standstills: Standstills, brakes: bool) -> Recording:
+def with_mean_wheel(recording: Recording, standstills: Standstills, brakes_held: bool) -> Recording:
     """The recording of a car with its mean wheel, brakes held or not."""
-    rig, tyre = rig_of(standstills.vehicle, brakes=brakes)
-    own = replace(standstills, brakes=(brakes,))
+    rig, tyre = rig_of(standstills.vehicle, brakes=brakes_held)
+    own = replace(standstills, brakes=(brakes_held,))
     return replace(recording, rig=rig, tyre=tyre, standstills=own)
 
 
 def run_arguments(recording: Recording) -> dict[str, Any]:
     """What `observers.run` takes, by name; the aligning torque where there is one."""
-    channel = torque_channel(recording)
+    channel = torque_channel_name(recording)
     return {
-        "t": recording.t, "psi": angle_without_imputed(recording), "F_N": recording.F_N,
+        "t": recording.t, "psi": angle_nan_where_imputed(recording), "F_N": recording.F_N,
         "psi_dot": recording.psi_dot if recording.psi_dot_recorded else None,
         "M_z": None, "M": None, channel: getattr(recording, channel),
     }  # fmt: skip
@@ -236,7 +238,7 @@ def mu_eff_or_mu(estimates: Estimates) -> Array:
     return np.where(np.isfinite(estimates.mu_eff), estimates.mu_eff, estimates.mu)
 
 
-def angle_without_imputed(recording: Recording) -> Array:
+def angle_nan_where_imputed(recording: Recording) -> Array:
     """The yaw angle as measured, NaN where it was imputed [rad]."""
     measured = True if recording.psi_recorded is None else recording.psi_recorded
     return np.where(measured, recording.psi, np.nan)
@@ -244,10 +246,10 @@ def angle_without_imputed(recording: Recording) -> Array:
 
 def samples_of(recording: Recording) -> Iterator[Sample]:
     """The samples of a recording as a sensor gives them, with the torque that an observer takes."""
-    channel = torque_channel(recording)
+    channel = torque_channel_name(recording)
     rate = recording.psi_dot if recording.psi_dot_recorded else np.full(recording.t.size, np.nan)
     columns = zip(
-        angle_without_imputed(recording).tolist(), rate.tolist(), recording.F_N.tolist(),
+        angle_nan_where_imputed(recording).tolist(), rate.tolist(), recording.F_N.tolist(),
         np.diff(recording.t, prepend=2 * recording.t[0] - recording.t[1]).tolist(),
         np.asarray(getattr(recording, channel)).tolist(), strict=True,
     )  # fmt: skip
@@ -259,8 +261,8 @@ def has_aligning_torque(recording: Recording) -> bool:
     return bool(np.isfinite(recording.M_z).any())
 
 
-def torque_channel(recording: Recording) -> str:
-    """The torque that an observer takes, "M_z" or "M"."""
+def torque_channel_name(recording: Recording) -> str:
+    """Name of the torque that an observer takes, "M_z" or "M"."""
     return "M_z" if has_aligning_torque(recording) else "M"
 
 

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from brushgrip.estimation.friction_by_direction import without_directional_friction
 from brushgrip.estimation.observe_recording import (
     ObserverFactory,
-    angle_without_imputed,
+    angle_nan_where_imputed,
     has_aligning_torque,
     samples_of,
-    torque_channel,
-    with_brakes,
+    torque_channel_name,
+    with_mean_wheel,
 )
 from brushgrip.estimation.signal_map_correction import TIME, causes_with_map
 from brushgrip.wording.formatting import band_decimals
@@ -33,7 +33,7 @@ from observers.protocol import MAX_SAMPLE_PERIOD
 from observers.quality.hypotheses_verdict import VERDICT
 from observers.tuning import REFERENCE_STEP
 from symbolic.array_alias import Array
-from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_share
+from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_direction_deficit
 
 SUSPECTED = "an input looks wrong, so that the result may be void"
 """How the note on it begins in a diagnosis."""
@@ -47,7 +47,7 @@ def implausibility_lines(recordings: Sequence[Recording]) -> list[str]:
     """A line for each recording that looks like one in other units, or of the other sign."""
     lines = []
     for recording in map(within_declared_range, recordings):
-        channel, apart = torque_channel(recording), float(np.median(np.diff(recording.t)))
+        channel, apart = torque_channel_name(recording), float(np.median(np.diff(recording.t)))
         causes: Sequence[str] = [f"{TIME} or less: samples are {apart:g} s apart"]
         if apart <= MAX_SAMPLE_PERIOD:
             causes = suspicions_of(samples_of(recording), recording.rig, channel)
@@ -73,7 +73,7 @@ def suspected_cause(
     loop = _replayed(
         without_directional_friction(factory(recording, found)), recording, 0, int(flagged[-1])
     )
-    return causes_with_map(recording, loop.suspicions, torque_channel(recording))
+    return causes_with_map(recording, loop.suspicions, torque_channel_name(recording))
 
 
 def slope_of_car(factory: ObserverFactory, recording: Recording, at: int) -> str:
@@ -81,7 +81,7 @@ def slope_of_car(factory: ObserverFactory, recording: Recording, at: int) -> str
     if (car := recording.standstills) is None:
         return ""
     number = int(car.stretch[at])
-    held = with_brakes(recording, car, car.brakes[number])
+    held = with_mean_wheel(recording, car, car.brakes[number])
     observer, first = factory(held, None), int(np.argmax(car.stretch == number))
     if not isinstance(observer, Ekf | Mhe):
         return ""
@@ -197,7 +197,7 @@ def weaker_direction(
 
     They tell the lower end of its 95 % band where mu_eff and its standard deviation [1] are given.
     """
-    below = weaker_share(values)
+    below = weaker_direction_deficit(values)
     told = f"{100 * below:.0f} % less than mu_eff turning to "
     told += f"{'positive' if values.get(ASYMMETRY_RATIO, 1.0) < 1 else 'negative'} psi"
     if isfinite(mu_eff + mu_eff_std):
@@ -239,10 +239,10 @@ def seems_to_end(torque: Array, psi: Array, F_N: Array) -> str:
 
 def differing_rates(recording: Recording) -> str:
     """The rates of torque and angle where both are regular and differ; empty where they do not."""
-    torque = getattr(recording, torque_channel(recording))
+    torque = getattr(recording, torque_channel_name(recording))
     if torque is None:
         return ""
-    rates = [_rate(recording.t[np.isfinite(v)]) for v in (torque, angle_without_imputed(recording))]
+    rates = [_rate(recording.t[np.isfinite(v)]) for v in (torque, angle_nan_where_imputed(recording))]
     if min(rates) <= 0 or max(rates) < OTHER_RATE * min(rates):
         return ""
     return f"torque at {rates[0]:.4g} Hz, angle at {rates[1]:.4g} Hz: normal"

@@ -17,7 +17,7 @@ from brushgrip.inputs.recording_files import (
     shares_samples,
     unique_labels,
 )
-from brushgrip.inputs.user_effects import effect_files, user_effects
+from brushgrip.inputs.user_effects import effect_files, import_user_effects
 from brushgrip.outputs.atomic import staged_files, write_utf8
 from brushgrip.outputs.provenance import (
     Provenance,
@@ -42,8 +42,8 @@ from identification import (
 from identification.reading.checked_file_reading import read_bytes
 from identification.reading.map_for_recording import with_steering_ratio
 from identification.reading.readers import files_beside
-from identification.reading.shortened_recordings import trimmed
 from identification.reading.signal_map import parse_maps
+from identification.reading.trimming_and_thinning import trimmed
 from symbolic import Effect, InvalidInputError
 from symbolic.tables.toml_and_json_parsing import MAX_TABLES_SIZE, toml_of
 from symbolic.tables.vehicle_from_tables import VEHICLE
@@ -162,7 +162,7 @@ def gather_inputs(
             " what was found there (report.html names the key)"
         )
     warn_of_another_rig(rig, model)
-    own = user_effects(effects)
+    own = import_user_effects(effects)
     located = [locate_recording(name, of_car=vehicle is not None) for name in recordings]
     _require_distinct(located, located, Path.samefile)
     signals = SignalMap() if (described := rig or vehicle) is None else read_signals(described)
@@ -204,25 +204,25 @@ def _require_distinct(
 
 
 @contextmanager
-def staged_tables(
+def staged_files_with_provenance(
     inputs: Inputs,
-    finals: Sequence[Path],
+    final_paths: Sequence[Path],
     settings: Mapping[str, object],
-    others: Sequence[Path] = (),
+    other_paths: Sequence[Path] = (),
     out: Path | None = None,
 ) -> Iterator[list[Path]]:
     """Paths to write to, in the order of the final files, with their provenance in a file beside `out`.
 
-    That is the first of all if left out; `others` are files that are written elsewhere.
+    That is the first of all if left out; `other_paths` are written elsewhere.
     """
-    written = [*([] if out is None else [out]), *finals, *others]
+    written = [*([] if out is None else [out]), *final_paths, *other_paths]
     if not written:
         yield []
         return
     told = provenance_file(written[0])
-    inputs.refuse_overwriting([*others, *finals, told])
+    inputs.refuse_overwriting([*other_paths, *final_paths, told])
     made = inputs.provenance(**settings)
-    with staged_files([*finals, told]) as (*stages, origin):
+    with staged_files([*final_paths, told]) as (*stages, origin):
         write_utf8(origin, json_text(made))
         yield stages
 

@@ -16,7 +16,7 @@ HOOKS = (
 """Methods of an effect of which it overrides at least one."""
 
 
-def user_effects(modules: Sequence[str] | None) -> tuple[Effect, ...]:
+def import_user_effects(modules: Sequence[str] | None) -> tuple[Effect, ...]:
     """The effects that modules declare as `EFFECTS`, in order; none for None.
 
     The modules are imported, which runs their code; a model file alone never has anything imported.

@@ -32,15 +32,15 @@ def handwheel_angle(psi: Array, car: Vehicle) -> Array:
     return np.interp(psi, mean_angle(car, ways), ways) / car.rack_gain
 
 
-def turning_instruction(plan: Plan, vehicle: Vehicle | None, angle: SignalSource) -> str:
+def turning_instruction(plan: Plan, vehicle: Vehicle | None, angle_source: SignalSource) -> str:
     """Where the wheel, and what is read or held in its place, turns back, and how fast it may turn."""
     turns = ", ".join(f"{turn:.3f}" for turn in plan.turns)
     turned = f"{turns} rad at {plan.path.rate:.3f} rad/s at most"
-    channel, unit = f"channel {angle.channel}", angle.unit or "rad"
+    channel, unit = f"channel {angle_source.channel}", angle_source.unit or "rad"
     if vehicle is not None:
         channel, unit = "the handwheel", "degrees"
         angles = np.degrees(handwheel_angle(plan.turns, vehicle))
-    elif (scale := angle.scale("psi", "rad")) != 1:
+    elif (scale := angle_source.scale("psi", "rad")) != 1:
         angles = plan.turns / scale
     else:
         return f"turn to {turned}"

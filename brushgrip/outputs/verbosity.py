@@ -39,8 +39,8 @@ def flags_first(arguments: list[str]) -> list[str]:
 
 
 @contextmanager
-def reserve_stdout() -> Iterator[None]:
-    """Keeps standard output for the JSON document.
+def stdout_for_json() -> Iterator[None]:
+    """Keeps standard output for the JSON document, as a context.
 
     What a user's effects print, in this process or in those that it starts, goes to standard error.
     """

@@ -9,13 +9,13 @@ from matplotlib.axes import Axes
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
 from identification import FreeDecay, VibrationFit
 from identification.loop_plot import matplotlib_text
-from identification.thesis import DecrementFit
+from identification.thesis import DecrementIdentification
 
 MAX_VIBRATIONS = 3
 """Most recordings in the picture, evenly spaced from the shortest contact to the longest."""
 
 
-def draw_free_decay(path: Path, result: FreeDecay, decrement: DecrementFit) -> None:
+def draw_free_decay(path: Path, result: FreeDecay, decrement: DecrementIdentification) -> None:
     """Draw fit and residual of some recordings, and the curves of [Györök 2022] over contact length."""
     by_length = sorted(result.vibrations, key=lambda v: v.a)
     places = np.linspace(0, len(by_length) - 1, min(MAX_VIBRATIONS, len(by_length)))
@@ -52,7 +52,7 @@ def _vibration(angle: Axes, residual: Axes, vibration: VibrationFit, step: float
 
 
 def _over_length(
-    frequency: Axes, damping: Axes, result: FreeDecay, decrement: DecrementFit
+    frequency: Axes, damping: Axes, result: FreeDecay, decrement: DecrementIdentification
 ) -> list[Artist]:
     """Points by the method of [Györök 2022], and the sticking patch with k and b_t as identified."""
     swings = decrement.vibrations

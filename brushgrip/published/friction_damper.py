@@ -126,13 +126,13 @@ def _downloaded(address: str, name: str) -> dict[str, Array]:
     """The channels of a run: of an earthquake columns of one array, of a harmonic run one array each."""
     kind, run = name.split("_")
     if kind == "earthquake":
-        table = fetched_array(f"{address}/validation/{run}.npy", len(CHANNELS))
+        table = download_array(f"{address}/validation/{run}.npy", len(CHANNELS))
         return dict(zip(CHANNELS, table.T, strict=True))
-    channels = {c: fetched_array(f"{address}/{c}/test{int(run)}.npy", 1).ravel() for c in CHANNELS[1:]}
+    channels = {c: download_array(f"{address}/{c}/test{int(run)}.npy", 1).ravel() for c in CHANNELS[1:]}
     return {"t": np.arange(channels["F"].size) / _RATE} | channels
 
 
-def fetched_array(url: str, columns: int, load: Callable[[str], Any] = np.load) -> Array:
+def download_array(url: str, column_count: int, loader: Callable[[str], Any] = np.load) -> Array:
     """A published array with a given number of columns."""
     pooch.get_logger().setLevel("ERROR")
     try:
@@ -145,8 +145,8 @@ def fetched_array(url: str, columns: int, load: Callable[[str], Any] = np.load) 
                 urls={"part.npy": quote(url, safe=":/")},
                 retry_if_failed=RETRIES,
             ).fetch("part.npy", downloader=download_bounded)
-            array = np.asarray(load(path), dtype=float)
-            return array.reshape(-1, columns)
+            array = np.asarray(loader(path), dtype=float)
+            return array.reshape(-1, column_count)
     except Exception as error:  # neither a host nor a damaged array keeps to some kinds of error
         raise FetchError(
             f"{url}: cannot be downloaded ({type(error).__name__}); try again, or set {LOCAL_COPY} to a"
@@ -185,7 +185,7 @@ def _downloaded_matrix(address: str, name: str) -> dict[str, Array]:
     if name in CONSTANT:
         _, tension, rate = name.split("_")
         place, columns = f"dataset-1/characterization datasets/{rate}{tension}tension", 6
-    table = fetched_array(f"{address}/data/{place}.json", columns, _matrix)[:, :4]
+    table = download_array(f"{address}/data/{place}.json", columns, _matrix)[:, :4]
     values = (table * (1, INCH, KIP, INCH)).astype(np.float32).astype(float)
     return dict(zip(("t", "x", "F", "v"), values.T, strict=True))
 

@@ -16,7 +16,7 @@ from brushgrip.wording.formatting import band_decimals, effect_words, listed, pe
 from brushgrip.wording.friction_in_words import how_to_narrow
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.graded_effects import ASSUMED, UNRECORDED_LOAD
-from observers.quality.settling_and_coverage import BAND_95
+from observers.quality.self_consistency import BAND_95
 from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD
 
 TOLD = 0.95

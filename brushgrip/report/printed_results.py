@@ -26,7 +26,7 @@ from brushgrip.wording.formatting import (
     candidate_parameters,
     candidate_reason,
     effect_words,
-    judged_errors,
+    judging_error_before_and_after,
     listed,
     parameter_list,
     percent,
@@ -42,7 +42,7 @@ from identification.steering.gear_friction_on_plates import (
     PlatesResult,
     full_slide_rack_force,
 )
-from identification.thesis import DecrementFit
+from identification.thesis import DecrementIdentification
 from symbolic import CANDIDATES, Vehicle
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 
@@ -120,7 +120,7 @@ def print_diagnosis(
 def rejected_user_effects(diagnosis: Diagnosis) -> list[str]:
     """A line for each effect of the user's own that was not added: what it is worth, and why not."""
     added = {effect.name for effect in diagnosis.effects}
-    _, before, _ = judged_errors(diagnosis)
+    _, before, _ = judging_error_before_and_after(diagnosis)
     return [
         f"{effect_words(c.name)}, of your own, was not added. In the refitted model, without the effects"
         f" found: {candidate_parameters(c) or 'by recording'}; error {percent(before)} →"
@@ -131,7 +131,7 @@ def rejected_user_effects(diagnosis: Diagnosis) -> list[str]:
     ]
 
 
-def print_free_decay(result: FreeDecay, decrement: DecrementFit) -> None:
+def print_free_decay(result: FreeDecay, decrement: DecrementIdentification) -> None:
     """Print k and b_t by maximum likelihood and by [Györök 2022], and what determines them."""
     rough_k, with_J_A, as_printed = (
         value_with_std(ParameterEstimate(value=value, std=None, unit=unit))

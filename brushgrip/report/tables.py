@@ -17,7 +17,7 @@ from brushgrip.report.friction_summary import (
     settling_and_coverage_rows,
     usable_until,
 )
-from brushgrip.wording.diagnosis_in_words import GRADES, rivals_of, split_parameter_label
+from brushgrip.wording.diagnosis_in_words import GRADES, parameter_words_and_owner, rivals_of
 from brushgrip.wording.formatting import (
     candidate_parameters,
     candidate_reason,
@@ -237,7 +237,7 @@ def parameters_table(diagnosis: Diagnosis) -> ReportTable:
     for name, estimate in diagnosis.parameters.items():
         if name.startswith("mu ["):  # Of the model's own law, not to be quoted.
             continue
-        label, owner = split_parameter_label(name)
+        label, owner = parameter_words_and_owner(name)
         known = value_with_std(estimate) + " *" * name.endswith(held_out)
         text = known if estimate.std is not None else f"{known}, not determined by these recordings"
         owners.setdefault((label, text), []).append(owner)

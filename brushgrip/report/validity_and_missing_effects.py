@@ -14,13 +14,13 @@ from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import digest_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
 from brushgrip.wording.diagnosis_in_words import CLEAR, is_unconfirmed, unexplained_is_larger
-from brushgrip.wording.formatting import effect_words, judged_error_name, listed, percent, sentence
+from brushgrip.wording.formatting import effect_words, judging_error_name, listed, percent, sentence
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.found_stiffness import OFF_STIFFNESS
 from identification.diagnosis.from_search import BEYOND_RANGE
 from identification.diagnosis.graded_effects import ASSUMED
 from symbolic import EFFECTS, InvalidInputError
-from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_share
+from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_direction_deficit
 
 MEANING = ", how steeply the torque rises before anything slides, is"
 """What the stiffness k is, behind its name."""
@@ -191,7 +191,7 @@ def summary_of(diagnosis: Diagnosis, effect: FoundEffect) -> str:
     if effect.name == "asymmetric_friction" and len(ratios) == 1:
         # Of friction at rising over that at falling angle.
         ratio = ratios[0].value
-        less = weaker_share({ASYMMETRY_RATIO: ratio})
+        less = weaker_direction_deficit({ASYMMETRY_RATIO: ratio})
         way, back = ("rises", "falls")[:: 1 if ratio < 1 else -1]
         summary += f", lower while the angle {way} than while it {back}"
         summary += f" ({100 * less:.0f} % below the mean of both)"
@@ -260,7 +260,7 @@ def adjusted_values(diagnosis: Diagnosis) -> str:
 def error_to_quote(diagnosis: Diagnosis) -> str:
     """The torque error stage by stage in a sentence: with nothing adjusted, if that is known."""
     bare = diagnosis.after.unrefitted
-    (kind, judging), count = judged_error_name(diagnosis), len(bare or diagnosis.holdout)
+    (kind, judging), count = judging_error_name(diagnosis), len(bare or diagnosis.holdout)
     judged = {
         "validation": f"{count} recording{'s' * (count != 1)} to which no shared value was fitted, but"
         " by which the effects were chosen (no independent test)",

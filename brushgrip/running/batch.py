@@ -22,7 +22,7 @@ from brushgrip.estimation.observe_recording import (
     friction_track,
     observe,
     observer_factory,
-    torque_channel,
+    torque_channel_name,
 )
 from brushgrip.estimation.suspicious_recordings import (
     beyond_range,
@@ -129,7 +129,7 @@ def other_outputs(
 
 
 @contextmanager
-def task_submission(
+def task_executor(
     inputs: Inputs, tasks: Sequence[EstimateTask], jobs: int | None, scheduler: str | None
 ) -> Iterator[tuple[Submit, Progress]]:
     """Where tasks are done, and who is told how far they are; a single one is done in this process."""
@@ -236,7 +236,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
 def _read(inputs: Inputs) -> Recording:
     """The recording with its aligning or steering torque; without both, the message asks for M_z."""
     (recording,) = inputs.recordings(torque_required=False, causal=True)
-    torque = getattr(recording, torque_channel(recording))
+    torque = getattr(recording, torque_channel_name(recording))
     if torque is None or not np.isfinite(torque).any():
         (recording,) = inputs.recordings(causal=True)
     return recording

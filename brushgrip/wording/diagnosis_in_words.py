@@ -6,7 +6,7 @@ from string import ascii_uppercase
 
 from brushgrip.wording.formatting import (
     effect_words,
-    judged_errors,
+    judging_error_before_and_after,
     listed,
     percent,
     sentence,
@@ -40,7 +40,7 @@ COMMON_NAMES = {
 
 def headline(diagnosis: Diagnosis) -> str:
     """The result of a diagnosis in one sentence; what is unexplained goes first if it is the larger."""
-    kind, *errors = judged_errors(diagnosis)
+    kind, *errors = judging_error_before_and_after(diagnosis)
     before, after = map(percent, errors)
     if not diagnosis.effects:
         beside = " beside its stiffness" * (diagnosis.stiffness_ratio != 1)
@@ -72,7 +72,7 @@ def unexplained_is_larger(diagnosis: Diagnosis) -> bool:
     """Whether more is unexplained than the effects found explain, or none of them is clear."""
     if not diagnosis.unexplained.present:
         return False
-    _, before, after = judged_errors(diagnosis)
+    _, before, after = judging_error_before_and_after(diagnosis)
     clear = any(effect.grade in CLEAR for effect in diagnosis.effects)
     return not clear or diagnosis.unexplained.structured > before - after
 
@@ -186,7 +186,7 @@ def _why_weak(effect: FoundEffect) -> str:
     return f"It may be chance{figures * bool(gain or size)}."
 
 
-def split_parameter_label(label: str) -> tuple[str, str]:
+def parameter_words_and_owner(label: str) -> tuple[str, str]:
     """A parameter in words, and its owner: `effect_a.k_t [b]` as `effect a: k_t` and `b`."""
     path, _, owner = label.partition(" [")
     effect, dot, own = path.rpartition(".")

@@ -14,7 +14,7 @@ from identification import Candidate, Diagnosis, FreeDecay, ParameterEstimate, T
 from identification.diagnosis.graded_effects import UNRECORDED_LOAD
 from identification.free_decay.results import IdentifiedParameter
 from identification.residuals.partial_correlations import MIN_STRUCTURE_SHARE
-from identification.thesis import DecrementFit
+from identification.thesis import DecrementIdentification
 from symbolic import EFFECTS
 
 TWO_DECIMALS_FROM = 0.02
@@ -104,10 +104,10 @@ def value_with_std(estimate: ParameterEstimate | IdentifiedParameter) -> str:
     return f"{text.replace('-', '−')}{factor}{unit}"
 
 
-def parameter_list(estimates: Mapping[str, ParameterEstimate], *, fitted: bool = False) -> str:
-    """Several parameters in one line: name = value ± std unit; what was `fitted` has a std."""
+def parameter_list(estimates: Mapping[str, ParameterEstimate], *, from_fit: bool = False) -> str:
+    """Several parameters in one line: name = value ± std unit; those `from_fit` have a std."""
     return "; ".join(
-        f"{name} {'not determined' if fitted and e.std is None else f'= {value_with_std(e)}'}"
+        f"{name} {'not determined' if from_fit and e.std is None else f'= {value_with_std(e)}'}"
         for name, e in estimates.items()
     )
 
@@ -118,15 +118,15 @@ def candidate_parameters(candidate: Candidate) -> str:
     texts = [
         f"{name} = {value_with_std(replace(own[name], std=None))} (at the end of its range)"
         if name in ends
-        else parameter_list({name: own[name]}, fitted=True)
+        else parameter_list({name: own[name]}, from_fit=True)
         for name in own
     ]
     return "; ".join(texts)
 
 
-def judged_errors(diagnosis: Diagnosis) -> tuple[str, float, float]:
-    """The error that judges the model: its name, and its size before and after [1], NaN for unknown."""
-    kind, key = judged_error_name(diagnosis)
+def judging_error_before_and_after(diagnosis: Diagnosis) -> tuple[str, float, float]:
+    """The error that judges the model: its name, its size before and after [1], NaN for unknown."""
+    kind, key = judging_error_name(diagnosis)
     before, after = (stage.summary()[key] for stage in (diagnosis.before, diagnosis.after))
     return kind, (math.nan if before is None else before), (math.nan if after is None else after)
 
@@ -169,7 +169,7 @@ def torque_error_cells(diagnosis: Diagnosis, errors: TorqueErrors) -> list[str]:
     ]
 
 
-def judged_error_name(diagnosis: Diagnosis) -> tuple[str, str]:
+def judging_error_name(diagnosis: Diagnosis) -> tuple[str, str]:
     """The error that judges the model: its name, and its key in a summary."""
     if diagnosis.holdout:
         return "validation", "holdout_torque_nrmse"
@@ -257,7 +257,7 @@ def _finite(content: Any) -> Any:
     return content
 
 
-def free_decay_document(result: FreeDecay, decrement: DecrementFit) -> dict[str, Any]:
+def free_decay_document(result: FreeDecay, decrement: DecrementIdentification) -> dict[str, Any]:
     """The result file of `identify`: the identification, and the method of [Györök 2022] beside it."""
     document = result.to_dict()
     for recording, vibration in zip(document["recordings"], decrement.vibrations, strict=True):

@@ -18,7 +18,7 @@ from identification.fits.parameter_values import grounds_of
 from identification.fits.single_threaded_blas import one_thread
 from identification.reading.declared_sensor_range import left_out_note, within_declared_range
 from identification.reading.recordings import Recording
-from identification.reading.shortened_recordings import thin_recordings
+from identification.reading.trimming_and_thinning import thin_recordings
 from identification.reading.vehicle_torques import farthest_standstill_without_gear
 from identification.residuals.partial_correlations import signatures
 from identification.residuals.residual_signals import check_signatures

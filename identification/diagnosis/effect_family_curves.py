@@ -11,7 +11,7 @@ import numpy as np
 from identification.diagnosis.result_parts import Curve, FoundEffect, FoundFamily
 from identification.fits.covariance import covariance
 from identification.fits.fitting import Fit
-from identification.fits.least_squares_problem import label_of
+from identification.fits.least_squares_problem import owner_and_name
 from identification.fits.parameter_values import replaced_rig
 from identification.reading.recordings import Recording
 from identification.selection.trial import RANKING, model_of
@@ -73,7 +73,7 @@ class _Drawn:
         """Standard deviation (n,) of what has this Jacobian by `theta`; inf where it is undetermined."""
         parameters = {parameter_name(e, p): p for e, p in self.fitted.model.parameters}
         names = [parameter_name(e, p) for e, p in self.model.parameters]
-        labels = [label_of(name, parameters[name], self.recording) for name in names]
+        labels = [owner_and_name(name, parameters[name], self.recording) for name in names]
         free = [i for i, label in enumerate(labels) if label in self.fitted.labels]
         columns = [self.fitted.labels.index(labels[i]) for i in free]
         covariances = covariance(self.fitted, self.training)[np.ix_(columns, columns)]

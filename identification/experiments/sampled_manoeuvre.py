@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from identification.reading.recordings import Recording
-from identification.reading.shortened_recordings import MIN_REVERSAL
+from identification.reading.trimming_and_thinning import MIN_REVERSAL
 from symbolic.array_alias import Array
 
 SAMPLE_PERIOD = 0.02

@@ -20,7 +20,7 @@ from scipy.optimize import OptimizeResult, least_squares
 
 from identification.fits.least_squares_problem import LeastSquaresProblem, shares_of_torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss, cost
-from identification.fits.options import FINE_FIT, FitOptions, Label
+from identification.fits.options import FINE_FIT, FitOptions, OwnerAndName
 from identification.fits.parameter_values import Values, complete_values, initial_guess
 from identification.fits.single_threaded_blas import one_thread
 from identification.reading.declared_sensor_range import within_declared_range
@@ -59,7 +59,7 @@ class Fit:
     values: Values
     residuals: Mapping[str, Array]
     jacobian: Array
-    labels: tuple[Label, ...]
+    labels: tuple[OwnerAndName, ...]
     scales: Array
     bound_distances: Array
     status: str

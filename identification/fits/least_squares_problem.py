@@ -7,7 +7,7 @@ import numpy as np
 
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.loss import influence
-from identification.fits.options import FitOptions, Label
+from identification.fits.options import FitOptions, OwnerAndName
 from identification.fits.parameter_values import Values, ground_of, grounds_of, rig_parameters
 from identification.reading.declared_sensor_range import within_declared_range
 from identification.reading.recordings import Recording
@@ -23,7 +23,7 @@ from symbolic import (
 )
 from symbolic.array_alias import Array
 
-Simulated = tuple[Array, Mapping[Label, Array]]
+Simulated = tuple[Array, Mapping[OwnerAndName, Array]]
 """Torque of a recording, and its derivatives by label, each of shape (n,)."""
 MIN_DECLARED_WEIGHT = 1e-9
 """Least weight of declared values where residuals are next to zero [1]."""
@@ -174,10 +174,10 @@ class LeastSquaresProblem:
             torques = pool.map(lambda recording: self._torque(recording, values), self.recordings)
             return {r.name: torque for r, torque in zip(self.recordings, torques, strict=True)}
 
-    def _directions(self, recording: Recording) -> tuple[list[Label], Array]:
+    def _directions(self, recording: Recording) -> tuple[list[OwnerAndName], Array]:
         """Free labels, all where each number takes its Function, and the directions that they are."""
         count = len(self.parameters)
-        rows = {label_of(name, p, recording): i for i, (name, p) in enumerate(self.parameters)}
+        rows = {owner_and_name(name, p, recording): i for i, (name, p) in enumerate(self.parameters)}
         rows |= {
             (recording.name, name): count + RIG_DIRECTIONS.index(name)
             for name in self.tolerated[recording.name]
@@ -209,7 +209,7 @@ class LeastSquaresProblem:
         return torque.M_z + others, slopes
 
 
-def label_of(name: str, parameter: Parameter, recording: Recording) -> Label:
+def owner_and_name(name: str, parameter: Parameter, recording: Recording) -> OwnerAndName:
     """Owner and name of a parameter's value that holds for a recording."""
     owners = {"tyre": None, "ground": ground_of(recording), "recording": recording.name}
     return owners[parameter.scope], name
@@ -217,10 +217,10 @@ def label_of(name: str, parameter: Parameter, recording: Recording) -> Label:
 
 def _all_labels(
     parameters: Sequence[tuple[str, Parameter]], recordings: Sequence[Recording], options: FitOptions
-) -> dict[Label, Parameter]:
+) -> dict[OwnerAndName, Parameter]:
     """Every free coordinate: of the tyre, of each ground, of each recording, of its rig."""
     free = [pair for pair in parameters if options.free_shared and not pair[1].fixed]
-    labels: dict[Label, Parameter] = {(None, name): p for name, p in free if p.scope == "tyre"}
+    labels: dict[OwnerAndName, Parameter] = {(None, name): p for name, p in free if p.scope == "tyre"}
     of_grounds = [pair for pair in free if pair[1].scope == "ground"]
     labels |= {(ground, name): p for ground in grounds_of(recordings) for name, p in of_grounds}
     for recording in recordings:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from identification.fits.loss import LEAST_SQUARES, Loss
 from symbolic import InvalidInputError
 
-Label = tuple[str | None, str]
-"""The name of a recording, None for all of them, and the name of a parameter."""
+OwnerAndName = tuple[str | None, str]
+"""Whose a parameter's value is (a recording, a ground, None for all of them), and its name."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +34,7 @@ class FitOptions:
     tolerance: float = 1e-6
     max_evaluations: int = 60
     free_shared: bool = True
-    fixed: Collection[Label] = ()
+    fixed: Collection[OwnerAndName] = ()
     reweightings: int = 2
     prior_weight: float | None = None
     threads: int = 1

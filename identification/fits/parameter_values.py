@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from identification.fits.options import Label
+from identification.fits.options import OwnerAndName
 from identification.reading.recordings import Recording
 from identification.reading.vehicle_torques import vehicle_torques
 from symbolic import (
@@ -59,7 +59,7 @@ class Values:
         ground = self.grounds.get(ground_of(recording), {})
         return {**self.tyre, **ground, **self.own[recording.name]}
 
-    def at(self, label: Label) -> float:
+    def at(self, label: OwnerAndName) -> float:
         """The value of a column of a fit."""
         owner, name = label
         if owner is None:
@@ -68,7 +68,7 @@ class Values:
             return self.grounds[owner][name]
         return self.rig[owner][name] if name in self.rig.get(owner, {}) else self.own[owner][name]
 
-    def having(self, changes: Mapping[Label, float]) -> "Values":
+    def having(self, changes: Mapping[OwnerAndName, float]) -> "Values":
         """These values with others for some columns of a fit."""
         tyre = dict(self.tyre)
         own, grounds, rig = (

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from identification.fits.autocorrelation import effective_samples
 from identification.fits.fitting import Fit, fit
-from identification.fits.options import FINE_FIT, FitOptions, Label
+from identification.fits.options import FINE_FIT, FitOptions, OwnerAndName
 from identification.fits.parameter_values import Values, complete_values
 from identification.reading.recordings import Recording
 from symbolic import TOLERATED, InvalidInputError, Model, Rig, units_of
@@ -35,7 +35,7 @@ class ProfiledParameter:
     recording: str | None = None
 
     @property
-    def fixed_labels(self) -> tuple[Label, ...]:
+    def fixed_labels(self) -> tuple[OwnerAndName, ...]:
         """Parameters that the fit has to leave alone."""
         return ((self.recording, self.name),)
 
@@ -71,7 +71,7 @@ class RigLength:
     unit: str
     neutral: float
     lengths_at: Callable[[Rig, float], dict[str, float]]
-    fixed_labels: tuple[Label, ...] = ()
+    fixed_labels: tuple[OwnerAndName, ...] = ()
 
     def name_and_unit(self, _: Model) -> tuple[str, str]:
         """Name and unit of the quantity."""

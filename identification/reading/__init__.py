@@ -17,6 +17,6 @@
 `readers` is the registry: by the suffix of a file, the function that goes from bytes to `Table`. A
 reader of one's own is such a function in one file (`examples/own_reader.py`).
 
-Two ways round it: `conditioning` makes a recording out of raw channels in volts, `shortened_recordings`
+Two ways round it: `conditioning` makes a recording out of raw channels in volts, `trimming_and_thinning`
 thins recordings that are too long for a search.
 """

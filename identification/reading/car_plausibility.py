@@ -10,7 +10,7 @@ from identification.reading.table import Table
 from identification.reading.units import OF_SIZE, UNITS, unit_by_size
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
-from symbolic.plausible_ranges import MAX_RETURNED_WORK
+from symbolic.signal_plausibility_limits import MAX_RETURNED_WORK
 from symbolic.vehicle.steering import jacking_torque, lever, mean_angle, rack_force, rack_position
 from symbolic.vehicle.vehicle import Vehicle
 

@@ -10,7 +10,7 @@ from identification.reading.table import Table
 from identification.reading.units import UNITS, require_factor
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
-from symbolic.plausible_ranges import MIN_SIGN_TRAVEL
+from symbolic.signal_plausibility_limits import MIN_SIGN_TRAVEL
 
 SMOOTHING_TIME = 0.11
 """Length of the smoothing window [s]: long against the encoder's steps, short against a turn."""

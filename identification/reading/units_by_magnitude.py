@@ -8,7 +8,7 @@ import numpy as np
 from identification.reading.signal_map import SignalSource
 from identification.reading.units import UNITS
 from symbolic.array_alias import Array
-from symbolic.plausible_ranges import (
+from symbolic.signal_plausibility_limits import (
     MAX_PLAUSIBLE_PERIOD,
     MAX_RETURNED_WORK,
     MAX_STEERING_ANGLE,

@@ -98,9 +98,9 @@ def orthonormal_basis(columns: Array) -> Array:
     return np.asarray(directions[:, strength > 1e-8 * strength[0]])
 
 
-def orthogonal_part(columns: Array, directions: Array) -> Array:
-    """The columns less their projection on orthonormal directions."""
-    return np.asarray(columns - directions @ (directions.T @ columns))
+def orthogonal_part(columns: Array, orthonormal: Array) -> Array:
+    """The columns less their projection on the span of orthonormal columns."""
+    return np.asarray(columns - orthonormal @ (orthonormal.T @ columns))
 
 
 def additional_basis(columns: Array, existing: Array) -> Array:

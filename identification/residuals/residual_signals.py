@@ -7,7 +7,7 @@ import numpy as np
 
 from identification.fits.loss import rmse_of
 from identification.reading.recordings import Recording
-from identification.reading.shortened_recordings import MIN_REVERSAL
+from identification.reading.trimming_and_thinning import MIN_REVERSAL
 from symbolic import Effect, InvalidInputError
 from symbolic.array_alias import Array
 

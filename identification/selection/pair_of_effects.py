@@ -44,36 +44,38 @@ def promising_pairs(alone: SearchStep, training: Sequence[Recording]) -> list[Ef
 
 
 def steps_to_pair(
-    alone: SearchStep,
-    pairs: Sequence[Trial],
+    single_step: SearchStep,
+    pair_trials: Sequence[Trial],
     runner: TrialRunner,
-    thinned: Comparison,
-    whole: Comparison,
+    on_thinned: Comparison,
+    on_whole: Comparison,
 ) -> list[SearchStep]:
     """Steps to the first pair of these coarse trials that is clear on the whole recordings, if any is.
 
-    The first is the step in which no effect was worth adding `alone`; the gain of each effect is that
-    beside the other.
+    The first is `single_step`, in which no effect alone was worth adding; the gain of each effect is
+    that beside the other.
     """
-    before = alone.before
-    justified = [p for p in pairs if forward_step_justified(p, alone.coarse_before, thinned)]
+    before = single_step.before
+    justified = [
+        p for p in pair_trials if forward_step_justified(p, single_step.coarse_before, on_thinned)
+    ]
     # Those with the same first effect are compared as candidates beside it.
     beside = [pair for pair in justified if pair.effects[-2] == justified[0].effects[-2]]
-    ranked = rank_for_confirmation(beside, thinned)
-    for candidate in ranked[: 1 + whole.criteria.runners_up]:
+    ranked = rank_for_confirmation(beside, on_thinned)
+    for candidate in ranked[: 1 + on_whole.criteria.runners_up]:
         pair = candidate.trial
         both = runner.run_fine(pair.effects, pair.values)
-        mean, error = error_reduction(both.judgement, before.judgement, whole.criteria.long_block)
-        if not forward_step_justified(both, before, whole) or mean <= CLEAR * error:
+        mean, error = error_reduction(both.judgement, before.judgement, on_whole.criteria.long_block)
+        if not forward_step_justified(both, before, on_whole) or mean <= CLEAR * error:
             continue
         *present, one, other = pair.effects
         first, second = (*present, one), (*present, other)
         alone_first = runner.run_fine(first, values_for(both, first))
         alone_second = runner.run_fine(second, values_for(both, second))
         turned = runner.run_fine((*second, one), both.values)
-        step = replace(alone, trials=tuple(pairs))
+        step = replace(single_step, trials=tuple(pair_trials))
         return [
-            alone,
+            single_step,
             replace(step, before=alone_second, after=turned),
             replace(step, before=alone_first, after=both, indistinguishable=candidate.indistinguishable),
         ]

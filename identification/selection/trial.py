@@ -11,7 +11,7 @@ from identification.fits.loss import LEAST_SQUARES, Loss, rmse_of
 from identification.fits.options import COARSE_FIT, FINE_FIT, FitOptions
 from identification.fits.parameter_values import Values, initial_guess
 from identification.reading.recordings import Recording
-from identification.reading.shortened_recordings import recording_at_samples
+from identification.reading.trimming_and_thinning import recording_at_samples
 from identification.selection.leave_one_out_linearised import leave_one_out
 from symbolic import SEARCH_STEPS, Effect, Model
 from symbolic.array_alias import Array

@@ -13,12 +13,15 @@ from identification.thesis.friction_network import (
     label_mean,
     train_network,
 )
-from identification.thesis.stiffness_by_fft_and_decrement import DecrementFit, estimate_by_decrement
+from identification.thesis.stiffness_by_fft_and_decrement import (
+    DecrementIdentification,
+    estimate_by_decrement,
+)
 
 __all__ = [
     "Activation",
     "AuthorEstimate",
-    "DecrementFit",
+    "DecrementIdentification",
     "FrictionNetwork",
     "NetworkDesign",
     "aligned",

@@ -63,7 +63,7 @@ class FrictionNetwork:
     works_beyond_five_zones: bool  # Whether it does not assume five zones at most.
     gives_deviation: bool = False  # Whether it gives a standard deviation.
 
-    def estimate(self, recording: Recording) -> Array:
+    def estimate_mu_eff(self, recording: Recording) -> Array:
         """Friction at every sample, shape (n,) [1]."""
         return self.at(self.inputs(recording))
 
@@ -82,7 +82,7 @@ class LabelMean:
     works_beyond_five_zones: bool = True
     gives_deviation: bool = False
 
-    def estimate(self, recording: Recording) -> Array:
+    def estimate_mu_eff(self, recording: Recording) -> Array:
         """The same at every sample, shape (n,) [1]."""
         return np.full(recording.t.size, self.mu)
 

@@ -38,7 +38,7 @@ class DecrementVibration:
 
 
 @dataclass(frozen=True, kw_only=True)
-class DecrementFit:
+class DecrementIdentification:
     """Parameters from the frequencies and decrements of all recordings."""
 
     vibrations: tuple[DecrementVibration, ...]  # Each recording.
@@ -55,7 +55,7 @@ class DecrementFit:
         }
 
 
-def estimate_by_decrement(decays: Sequence[Decay]) -> DecrementFit:
+def estimate_by_decrement(decays: Sequence[Decay]) -> DecrementIdentification:
     """Fit (5.7) and (5.8) to the frequencies and decrements of recordings."""
     swings = [find_vibration(decay) for decay in decays]
     vibrations = tuple(_decrement_of(one) for one in swings)
@@ -65,7 +65,7 @@ def estimate_by_decrement(decays: Sequence[Decay]) -> DecrementFit:
     per_root_k = np.sqrt([rotational_stiffness(1.0, *one.contact) for one in swings] / J_A)
     root_k = _slope_through_origin(per_root_k, omega_n)
     per_damping = 1 / (2 * root_k * per_root_k)
-    return DecrementFit(
+    return DecrementIdentification(
         vibrations=vibrations,
         k=root_k**2,
         b_t_printed=_slope_through_origin(per_damping, zeta),

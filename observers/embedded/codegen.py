@@ -18,6 +18,7 @@ import numpy as np
 
 from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_codegen import compact_body, compact_patch
+from observers.embedded.constant_substitution import Tunable
 from observers.embedded.generated_files import mark, require_usable, version, write_generated
 from observers.embedded.jinja_templates import ObserverBody, render
 from observers.embedded.own_names import with_prefix
@@ -25,7 +26,6 @@ from observers.embedded.reference_samples import reference_csv
 from observers.embedded.run_time_parameters import parameter_placeholders, run_time_parameters
 from observers.embedded.scalar_expansion import with_meanings
 from observers.embedded.scalar_type import SINGLE, Real, code_in_type
-from observers.embedded.tunable_constants import Tunable
 from observers.estimators.model_observer import RIG_UNITS
 from observers.measurement.causal_yaw_rate import FILTER_TIME_CONSTANT
 from observers.measurement.directional_friction import OTHER
@@ -45,7 +45,7 @@ from observers.quality.wrong_units_or_signs import START, build_implausibility_e
 from observers.tuning import Tuning
 from symbolic import SIGNALS, InvalidInputError
 from symbolic.compilation.scalar_c import c_function
-from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_share
+from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_direction_deficit
 from symbolic.tables.found_model import units_of
 
 REFUSED = 128
@@ -159,7 +159,7 @@ def _weaker_direction(observer: FunctionObserver, real: Real, tunable: Tunable) 
     """What the weaker direction holds less: a number, or the parameter that tells it, or neither."""
     ratio = ASYMMETRY_RATIO.replace(".", "_") * (tunable == "all" and ASYMMETRY_RATIO in observer.values)
     single = OTHER not in getattr(getattr(observer, "measurement_model", None), "states", ())
-    share = real.literal(weaker_share(observer.values)) if single and not ratio else ""
+    share = real.literal(weaker_direction_deficit(observer.values)) if single and not ratio else ""
     return {"weaker": share, "ratio": ratio * single}
 
 

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from observers.embedded.constant_substitution import ConstantSubstitution, Tunable
 from observers.embedded.estimators.filter import compact_filter
 from observers.embedded.estimators.sample_functions import EstimatorCode, clean_and_patch_signals
 from observers.embedded.estimators.supervision import (
@@ -21,7 +22,6 @@ from observers.embedded.patches.exact_patch import exact_patch_code, has_corners
 from observers.embedded.patches.patch_code import PatchCode
 from observers.embedded.scalar_expansion import estimator_c, with_description
 from observers.embedded.scalar_type import Real
-from observers.embedded.tunable_constants import Constants, Tunable
 from observers.estimators.ekf import Ekf
 from observers.estimators.mhe import Mhe
 from observers.estimators.model_observer import ModelObserver
@@ -38,7 +38,7 @@ from observers.quality.mu_over_k_hypotheses import SETTINGS, hypothesis_fields
 from symbolic import DECLARED
 from symbolic.compilation.scalar_c import ELEMENTARY
 
-ESTIMATORS: Mapping[type, Callable[[PatchCode, Constants], EstimatorCode]] = {
+ESTIMATORS: Mapping[type, Callable[[PatchCode, ConstantSubstitution], EstimatorCode]] = {
     Ekf: compact_filter,
     Mhe: compact_window,
 }
@@ -75,7 +75,10 @@ def compact_patch(observer: FunctionObserver, real: Real, tunable: Tunable = "")
 def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> ObserverBody:
     """The part of generated code that differs between observers."""
     observer, real, model = patch.observer, patch.real, patch.observer.measurement_model
-    constants, name = Constants(observer, terms["tunable"], theta=range(len(DECLARED))), terms["name"]
+    constants, name = (
+        ConstantSubstitution(observer, terms["tunable"], theta=range(len(DECLARED))),
+        terms["name"],
+    )
     estimator = ESTIMATORS[type(observer)](patch, constants)
     values = {
         **terms, **patch.terms, "clean": len(CLEAN), "counts": len(COUNTS),

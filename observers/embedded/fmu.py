@@ -15,11 +15,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from observers.embedded.codegen import INPUTS_OF, TORQUE_MEANING, source_texts
+from observers.embedded.constant_substitution import Tunable
 from observers.embedded.fmi_versions import VERSIONS, FmiVersion, base_unit, marked_unused
 from observers.embedded.generated_files import require_replaceable
 from observers.embedded.jinja_templates import render
 from observers.embedded.scalar_type import SINGLE, Real
-from observers.embedded.tunable_constants import Tunable
 from observers.protocol import FunctionObserver
 from symbolic import InvalidInputError, compiler
 

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from observers.embedded.constant_substitution import Tunable
 from observers.embedded.scalar_type import DOUBLE, SINGLE, Real
-from observers.embedded.tunable_constants import Tunable
 from observers.estimators.model_observer import RIG_UNITS, ModelObserver
 from observers.measurement.measurement_model import RIG
 from observers.protocol import OUTPUT, FunctionObserver

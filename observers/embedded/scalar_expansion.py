@@ -10,7 +10,7 @@ import casadi as ca
 from observers.embedded.scalar_type import Real
 from observers.layout import outputs_of
 from symbolic.casadi_functions import named_function
-from symbolic.compilation.c_comments import Comments
+from symbolic.compilation.comment_placement import Comments
 from symbolic.compilation.scalar_c import c_function
 
 VECTORS = frozenset({"x", "mean", "factor", "P", "costate", "newest", "slopes", "own"})
@@ -133,8 +133,8 @@ def inputs_used(function: ca.Function) -> frozenset[str]:
     )
 
 
-def without_inputs(function: ca.Function, names: Collection[str]) -> ca.Function:
-    """The same Function of scalars without inputs that no output depends on."""
+def drop_unused_inputs(function: ca.Function, names: Collection[str]) -> ca.Function:
+    """The same Function of scalars without these inputs, on which no output depends."""
     symbols = {name: ca.SX.sym(name, *function.size_in(name)) for name in function.name_in()}
     inputs = {name: symbol for name, symbol in symbols.items() if name not in names}
     return named_function(function.name(), inputs, outputs_of(function, *symbols.values()))

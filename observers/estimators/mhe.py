@@ -36,8 +36,8 @@ import casadi as ca
 
 from observers.estimators.mhe_recursions import (
     arrival_variance_increment,
+    build_acceptance_update,
     build_filter_step,
-    build_sample_acceptance,
     build_smoother_step,
     build_state_prediction,
     has_not_converged,
@@ -217,9 +217,9 @@ def _arrival(
 
 
 def _update_acceptance(samples: ca.MX, test: ca.MX, variance: ca.MX) -> ca.MX:
-    """The samples of the window after the newest one's test, see `build_sample_acceptance`."""
+    """The samples of the window after the newest one's test, see `build_acceptance_update`."""
     window, ages = samples.shape[1], ca.DM(range(samples.shape[1] - 1, -1, -1)).T
     rows = (samples[ROWS.index("accepted"), :], samples[ROWS.index("jump"), :])
-    acceptance = build_sample_acceptance().map(window) if window > 1 else build_sample_acceptance()
+    acceptance = build_acceptance_update().map(window) if window > 1 else build_acceptance_update()
     constant = [ca.repmat(vector, 1, window) for vector in (test, variance)]
     return ca.vertcat(samples[: len(CLEAN), :], *acceptance(*rows, ages, *constant))

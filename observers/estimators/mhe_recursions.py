@@ -134,7 +134,7 @@ def build_smoother_step(measurement_model: MeasurementModel) -> ca.Function:
 
 
 @cache
-def build_sample_acceptance() -> ca.Function:
+def build_acceptance_update() -> ca.Function:
     """(accepted, jump, age, test, variance) -> (accepted_next, jump_next) of a sample in the window.
 
     age is 0 for the newest sample; test is accepted, reset and run of the newest one, see

@@ -222,8 +222,8 @@ class AligningTorque:
             ca.if_else(is_known(sample["F_N"]), sample["F_N"], 0), values["a"]
         )
         stated = (named(TUNING_FIELDS, tuning)["noise"] * slide_torque) ** 2
-        usual = ca.if_else(is_known(values["noise"]), declared, stated)
-        after = update_noise(before, M_z, sample["dt"], usual, (SENSOR * slide_torque) ** 2)
+        initial = ca.if_else(is_known(values["noise"]), declared, stated)
+        after = update_noise(before, M_z, sample["dt"], initial, (SENSOR * slide_torque) ** 2)
         # That of one sample, from that of `REFERENCE_STEP`.
         interval = before["waited"] + sample["dt"]
         seen = after["variance"] * ca.fmax(1, REFERENCE_STEP / interval)

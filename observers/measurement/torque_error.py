@@ -100,24 +100,30 @@ JITTER = 0.99
 
 
 def update_noise(
-    before: Parts, M_z: Expression, dt: Expression, usual: Expression, least: Expression
+    before: Parts,
+    M_z: Expression,
+    dt: Expression,
+    initial_variance: Expression,
+    min_variance: Expression,
 ) -> Parts:
     """The numbers of `NOISE` after a torque [N m], NaN where it is missing, of so long a step [s].
 
-    usual is the variance of a block before one was seen, least that of a sensor without noise, about
-    which the squares are limited [N^2 m^2].
+    initial_variance is that of a block before one was seen, min_variance that of a sensor without noise,
+    about which the squares are limited [N^2 m^2].
     """
     known, interval = is_known(M_z), before["waited"] + dt
     time = before["time"] + interval
     total = before["sum"] + ca.if_else(known, M_z, 0) * interval
     mean = total / time
     closes = ca.logic_and(known, time >= JITTER * REFERENCE_STEP)
-    variance = ca.if_else(before["blocks"] > 0, before["variance"], ca.fmax(before["variance"], usual))
-    most = MAX_SQUARE * ca.fmax(variance, least)
+    variance = ca.if_else(
+        before["blocks"] > 0, before["variance"], ca.fmax(before["variance"], initial_variance)
+    )
+    most = MAX_SQUARE * ca.fmax(variance, min_variance)
     # A block may be longer than `REFERENCE_STEP`, of which the variance is counted.
     length = time / ca.fmax(REFERENCE_STEP, interval)
     square = ca.fmin(length * (mean - 2 * before["newer"] + before["older"]) ** 2 / 6, most)
-    # The usual variance weighs as one block.
+    # The initial variance weighs as one block.
     seen = ca.fmax(before["blocks"], 1)
     grown = variance + ca.if_else(before["blocks"] >= 2, (square - variance) / seen, 0)
     closed = {

@@ -21,7 +21,12 @@ from observers.quality.hypotheses_verdict import (
     build_hypotheses_verdict,
     build_mu_std_from_torque_scale,
 )
-from observers.quality.hysteresis_branches import START, TRACK, build_mu_sensitivity, build_track_update
+from observers.quality.hysteresis_branches import (
+    START,
+    TRACK,
+    build_relative_mu_sensitivity,
+    build_track_update,
+)
 from observers.quality.mu_over_k_hypotheses import (
     MAX_MODEL_ERROR,
     RATIOS,
@@ -141,7 +146,7 @@ def build_hypothesis_search_step(gear: bool = False) -> ca.Function:
 
 
 @cache
-def build_acquisition_handover(
+def build_acquisition_decision(
     patch: EquivalentPatch, measurement_model: MeasurementModel
 ) -> ca.Function:
     """A sample while friction is acquired.
@@ -160,7 +165,7 @@ def build_acquisition_handover(
     error = ca.fmin(limits["error"], MAX_MODEL_ERROR) ** 2
     # A model's error does not average out: where mu moves the torque little, it moves mu much.
     given = (inputs["widest"], verdict["log_ratio"], own["F_N"], inputs["tyre"])
-    by_error = error / build_mu_sensitivity()(*given) ** 2
+    by_error = error / build_relative_mu_sensitivity()(*given) ** 2
     sample = {"M_z": inputs["M_z"], "added": inputs["added"], "error": error}
     told = (own, verdict, output, limits, sample, verdict["variance"] + by_error)
     zero, gear = is_scaled * verdict["zero"], "gear" in states
@@ -273,6 +278,6 @@ def build_acquisition_step(patch: EquivalentPatch, measurement_model: Measuremen
         *dry,
     )  # fmt: skip
     widest = named(TRACK, search_layout(gear).split(search)["track"])["widest"]
-    conclude = build_acquisition_handover(patch, measurement_model)
+    conclude = build_acquisition_decision(patch, measurement_model)
     results = conclude(own, verdict, output, widest, counted, share, M_z, added, tyre, limits, friction)
     return ca.Function("acquire", [*inputs.values()], [search, verdict, *results])

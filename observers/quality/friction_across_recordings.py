@@ -13,7 +13,7 @@ from itertools import combinations
 import numpy as np
 from scipy.special import stdtrit
 
-from observers.quality.settling_and_coverage import BAND_95
+from observers.quality.self_consistency import BAND_95
 from symbolic import InvalidInputError
 
 MIN_RECORDINGS = 3

@@ -245,7 +245,7 @@ def _log_gain(parts: Parts) -> tuple[Expression, Expression]:
     return ca.log(gain), ca.fmin(parts["D_gain"] / gain**2, 2)
 
 
-def variance_of_scale(verdict: Parts, stiffness_std: Expression) -> Expression:
+def log_scale_variance(verdict: Parts, stiffness_std: Expression) -> Expression:
     """Variance of ln s from the torque and from the tolerances together [1]."""
     variance, spread = verdict["var_log_gain"], stiffness_std**2
     return variance * spread / (variance + spread)
@@ -263,7 +263,7 @@ def build_mu_std_from_torque_scale(found: bool, gain_share: float) -> ca.Functio
     inputs = symbols(ca.SX, verdict=len(VERDICT), limits=len(SETTINGS))
     verdict = named(VERDICT, inputs["verdict"])
     stiffness_std = named(SETTINGS, inputs["limits"])["stiffness_std"]
-    value, variance = ca.fabs(verdict["log_gain"]), variance_of_scale(verdict, stiffness_std)
+    value, variance = ca.fabs(verdict["log_gain"]), log_scale_variance(verdict, stiffness_std)
     off = ca.sqrt(value**2 + variance + (0 if found else value * ca.sqrt(variance)))
     free = FOUND_GAIN_FREE if found else GAIN_FREE
     excess = gain_share * ca.fmax(0, ca.exp(off) - 1 - free * stiffness_std)

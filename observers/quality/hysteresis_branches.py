@@ -224,7 +224,7 @@ def build_branch_torque() -> ca.Function:
 
 
 @cache
-def build_mu_sensitivity() -> ca.Function:
+def build_relative_mu_sensitivity() -> ca.Function:
     """Relative change of a virgin turn's torque by that of mu: (turn, log_ratio, F_N, tyre) -> share.
 
     0 in full stick, 1 in full slide.

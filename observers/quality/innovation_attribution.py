@@ -6,7 +6,7 @@ from observers.layout import Expression, Parts, named
 from observers.measurement.steering_torque import BLOCK_TIME
 from observers.measurement.torque_error import is_known
 from observers.quality.acquisition import EquivalentPatch
-from observers.quality.hypotheses_verdict import VERDICT, variance_of_scale
+from observers.quality.hypotheses_verdict import VERDICT, log_scale_variance
 from observers.quality.hysteresis_branches import torque_by_log_stiffness
 from observers.quality.mu_over_k_hypotheses import NOISIER, SETTINGS, build_torque_error
 
@@ -46,7 +46,7 @@ def torque_variance_by_k(
     if not scaled:
         std = ca.sqrt(std**2 + verdict["log_gain"] ** 2)
     elif not patch.misfit:
-        std = ca.sqrt(variance_of_scale(verdict, std))
+        std = ca.sqrt(log_scale_variance(verdict, std))
     mu = output["mu"] * inputs["friction"]
     by_k = torque_by_log_stiffness(inputs["turn"] / 2, mu, own["F_N"], inputs["tyre"])
     return (std * by_k) ** 2

@@ -135,9 +135,14 @@ def _streak_at_any_rate(tuning: ca.MX, interval: ca.MX) -> ca.MX:
     return longer
 
 
-def innovation_variance(H_P_H: Expression, weight: Expression, huber_scale: Expression) -> Expression:
-    """Variance of one innovation; a model error that lasts counts with its size, not with its weight."""
-    return H_P_H + ca.fmin(huber_scale, 1 / ca.if_else(weight > 0, weight, 1))
+def innovation_variance(
+    H_P_H: Expression, inverse_variance: Expression, max_variance: Expression
+) -> Expression:
+    """Variance of one innovation, of that of its prediction and of an inverse variance of its error.
+
+    A model error that lasts counts with its size, the greatest variance, not with its weight.
+    """
+    return H_P_H + ca.fmin(max_variance, 1 / ca.if_else(inverse_variance > 0, inverse_variance, 1))
 
 
 def huber_weight(

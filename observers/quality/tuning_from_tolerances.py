@@ -24,20 +24,20 @@ LEAST_STIFFNESS = 1.5
 that is off by that error tells k no closer, and a k that is declared closer would never be confirmed."""
 
 
-def tuning_with_tolerances(tuning: Tuning, rig: Rig, k: float) -> Tuning:
+def tuning_with_tolerances(tuning: Tuning, rig: Rig, stiffness: float) -> Tuning:
     """The tuning with the floor of mu and the deviation of the stiffness that tolerances make.
 
     They add to its own in quadrature; where no tolerance is declared, `symbolic.parameters.USUAL`
-    counts. Its limit of the torque is within the range of the sensor. k is the declared one [N/m^2].
+    counts. Its limit of the torque is within the range of the sensor. stiffness is the rig's k [N/m^2].
     """
-    stiffness = USUAL["k"] if rig.tolerances.k is None else rig.tolerances.k / k
+    tolerance = USUAL["k"] if rig.tolerances.k is None else rig.tolerances.k / stiffness
     patch = relative_std_by_lengths(lambda a, e: unit_corner_moment(0.0, a, e), rig)
     least = min(LEAST_STIFFNESS * tuning.error, EVEN * USUAL["k"])
     return replace(
         tuning,
         torque_limit=min(tuning.torque_limit, rig.torque_limit),
         mu_floor=hypot(*friction_floor(tuning, rig).values()),
-        stiffness_std=max(hypot(tuning.stiffness_std, EVEN * stiffness, patch), least),
+        stiffness_std=max(hypot(tuning.stiffness_std, EVEN * tolerance, patch), least),
     )
 
 

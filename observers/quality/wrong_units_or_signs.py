@@ -29,7 +29,7 @@ from observers.quality.hypotheses_verdict import VERDICT
 from symbolic import Rig, full_slide_torque
 from symbolic.array_alias import Array
 from symbolic.casadi_functions import named_function
-from symbolic.plausible_ranges import (
+from symbolic.signal_plausibility_limits import (
     MAX_PLAUSIBLE_PERIOD,
     MAX_RETURNED_WORK,
     MAX_STEERING_ANGLE,

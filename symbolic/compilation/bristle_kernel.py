@@ -2,7 +2,7 @@
 
 CasADi's C has one loop per operation and stores every intermediate result for all bristles. Here one
 loop goes over the bristles and does all operations of one bristle, derivatives included, in scalars; the
-compiler vectorises it. The expressions are those of `symbolic.compilation.bristle_functions`, the
+compiler vectorises it. The expressions are those of `symbolic.compilation.single_bristle_functions`, the
 balance is that of `symbolic.elements_in_series`. Directions of derivatives are a loop too: one library
 serves any number.
 """
@@ -15,7 +15,9 @@ import casadi as ca
 import numpy as np
 
 from symbolic.array_alias import Array
-from symbolic.compilation.bristle_functions import (
+from symbolic.compilation.compiled import compiled_source
+from symbolic.compilation.scalar_c import c_function
+from symbolic.compilation.single_bristle_functions import (
     SHARED,
     coefficient_functions,
     patch_of,
@@ -24,8 +26,6 @@ from symbolic.compilation.bristle_functions import (
     series_functions,
     step_functions,
 )
-from symbolic.compilation.compiled import compiled_source
-from symbolic.compilation.scalar_c import c_function
 from symbolic.elements_in_series import deflection_of
 from symbolic.errors import BrushgripError
 from symbolic.model import Model

@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from symbolic.array_alias import Array
-from symbolic.compilation.c_comments import (
+from symbolic.compilation.comment_placement import (
     NO_COMMENTS,
     Comments,
     live_instructions,

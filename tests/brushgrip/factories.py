@@ -23,7 +23,7 @@ from identification.fits.parameter_values import ParameterEstimate, Values
 from identification.residuals.partial_correlations import Autocorrelation, SignalCorrelation, Signatures
 from identification.residuals.residual_signals import RESIDUAL_SIGNALS, effects_leaving
 from identification.residuals.unexplained_residual import Unexplained
-from observers import Estimates, FrictionQuality, Status
+from observers import Estimates, SelfConsistency, Status
 from symbolic import EFFECTS, Model, effects_named
 
 
@@ -198,8 +198,8 @@ def make_diagnosis(
     )
 
 
-def _quality(settling: float) -> FrictionQuality:
-    return FrictionQuality(
+def _consistency(settling: float) -> SelfConsistency:
+    return SelfConsistency(
         mu_eff=1.0, mu_eff_std=0.1, settling=settling, drift=0.1, coverage=1.0, relative_band=0.1,
         reference_coverage=settling / 10,
     )  # fmt: skip
@@ -207,8 +207,8 @@ def _quality(settling: float) -> FrictionQuality:
 
 def make_outcome(*holdout: str, **changes: Any) -> FrictionOutcome:
     """Figures of friction of the recordings a, b, c and d."""
-    before = {name: _quality(s) for name, s in (("a", 1.0), ("b", 2.0), ("c", 6.0), ("d", 8.0))}
-    after = {name: _quality(1.0) for name in before}
+    before = {name: _consistency(s) for name, s in (("a", 1.0), ("b", 2.0), ("c", 6.0), ("d", 8.0))}
+    after = {name: _consistency(1.0) for name in before}
     usual = {"before": before, "after": after, "grounds": {"": tuple(before)}, "holdout": holdout}
     return FrictionOutcome(**(usual | changes))
 

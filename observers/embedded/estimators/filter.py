@@ -6,6 +6,7 @@ scalars, with the parameters as numbers.
 
 import casadi as ca
 
+from observers.embedded.constant_substitution import ConstantSubstitution
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
     EstimatorCode,
@@ -15,8 +16,7 @@ from observers.embedded.estimators.sample_functions import (
     stiffness_ratio,
 )
 from observers.embedded.patches.patch_code import PatchCode
-from observers.embedded.scalar_expansion import inputs_used, with_known_exponential, without_inputs
-from observers.embedded.tunable_constants import Constants
+from observers.embedded.scalar_expansion import drop_unused_inputs, inputs_used, with_known_exponential
 from observers.estimators.ekf import build_commented_step, ekf_layout
 from observers.estimators.initial_state import build_initial_state
 from observers.layout import Layout
@@ -30,7 +30,7 @@ PATCH = ("M_z", "slopes")
 """Parts of the state that the patch of C sets, not the step."""
 
 
-def compact_filter(patch: PatchCode, constants: Constants) -> EstimatorCode:
+def compact_filter(patch: PatchCode, constants: ConstantSubstitution) -> EstimatorCode:
     """An `Ekf` of one linearisation on a patch of C."""
     observer, real = patch.observer, patch.real.c_type
     model, memory = observer.measurement_model, [name for name, _, _ in patch.torque_model.layout.fields]
@@ -40,7 +40,7 @@ def compact_filter(patch: PatchCode, constants: Constants) -> EstimatorCode:
     used = inputs_used(step)
     kept = Layout(tuple(field for field in parts.fields if field[0] in used - {"memory"}))
     names = [name for name, _, _ in kept.fields]
-    step = without_inputs(step, {name for name, _, _ in parts.fields} - {*names, "memory"})
+    step = drop_unused_inputs(step, {name for name, _, _ in parts.fields} - {*names, "memory"})
     functions = [_begin(patch, constants, parts, names), step]
     if patch.follows_mu:
         factor = ca.MX.sym("factor", *parts.places["factor"][1])
@@ -83,7 +83,9 @@ def compact_filter(patch: PatchCode, constants: Constants) -> EstimatorCode:
     )  # fmt: skip
 
 
-def _begin(patch: PatchCode, constants: Constants, parts: Layout, kept: list[str]) -> ca.Function:
+def _begin(
+    patch: PatchCode, constants: ConstantSubstitution, parts: Layout, kept: list[str]
+) -> ca.Function:
     """(sample) -> the kept parts before it."""
     start = build_initial_state(patch.torque_model, patch.observer.measurement_model, parts)
     sample, vector = (ca.MX.sym(start.name_in(i), start.numel_in(i)) for i in range(2))
@@ -93,7 +95,7 @@ def _begin(patch: PatchCode, constants: Constants, parts: Layout, kept: list[str
     return constants.fill("begin_filter", begin)
 
 
-def _build_step(patch: PatchCode, constants: Constants, parts: Layout) -> ca.Function:
+def _build_step(patch: PatchCode, constants: ConstantSubstitution, parts: Layout) -> ca.Function:
     """(parts, memory, sample, exp of ln mu before it) -> (steps between, parts after, output)."""
     model = patch.observer.measurement_model
     step = build_commented_step(patch.torque_model, model)

@@ -7,9 +7,9 @@ from typing import Any
 
 import casadi as ca
 
+from observers.embedded.constant_substitution import ConstantSubstitution
 from observers.embedded.patches.patch_code import PatchCode
 from observers.embedded.scalar_expansion import inputs_used
-from observers.embedded.tunable_constants import Constants
 from observers.estimators.mhe_recursions import build_filter_step
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named, outputs_of
@@ -66,7 +66,12 @@ def clean_and_patch_signals(observer: ModelObserver) -> list[ca.Function]:
 
 
 def retentions(
-    observer: ModelObserver, constants: Constants, factor: ca.MX, variances: ca.MX, *, predicted: bool
+    observer: ModelObserver,
+    constants: ConstantSubstitution,
+    factor: ca.MX,
+    variances: ca.MX,
+    *,
+    predicted: bool,
 ) -> ca.Function:
     """(factor, last, now) -> share of the memory's derivative by mu after its walk, and after a reset.
 
@@ -115,7 +120,7 @@ def memory_with(patch: PatchCode, slide: ca.MX) -> dict[str, ca.MX]:
 
 
 @cache
-def torque_moves_states(model: MeasurementModel) -> bool:
+def motion_depends_on_patch_torque(model: MeasurementModel) -> bool:
     """True where the motion of the states depends on the torque of the patch."""
     return not inputs_used(build_linearised_motion(model)).isdisjoint(("M_z", "slopes"))
 

@@ -9,11 +9,11 @@ from typing import Any
 
 import casadi as ca
 
+from observers.embedded.constant_substitution import ConstantSubstitution, Tunable
 from observers.embedded.jinja_templates import ObserverBody, render
 from observers.embedded.rolled_c import rolled_c
 from observers.embedded.scalar_expansion import expand_with_constants, without_outputs
 from observers.embedded.scalar_type import Real
-from observers.embedded.tunable_constants import Constants, Tunable
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named, symbols, vector_of
 from observers.measurement.measurement_model import (
@@ -40,14 +40,14 @@ from symbolic.deformation import corner_moment_and_derivative
 from symbolic.zone_patch import FAR
 
 
-def supervision_functions(observer: ModelObserver, constants: Constants) -> list[ca.Function]:
+def supervision_functions(observer: ModelObserver, constants: ConstantSubstitution) -> list[ca.Function]:
     """The Functions that C calls beside those of the estimator; none without supervision."""
     if not observer.acquire:
         return []
     patch, model = observer.equivalent_patch, observer.measurement_model
     known = {"friction": [patch.friction]}
     follow = tracking_consistency.build_tracking_consistency(patch, model)
-    conclude = acquisition.build_acquisition_handover(patch, model)
+    conclude = acquisition.build_acquisition_decision(patch, model)
     functions = [
         without_outputs(hysteresis_branches.build_track_update(), {"turns"}).expand(
             "follow_turns", {"cse": True}
@@ -137,7 +137,7 @@ def _handed(observer: ModelObserver, *, is_window: bool) -> dict[str, Any]:
     }
 
 
-def _observe_torque(observer: ModelObserver, constants: Constants) -> ca.Function:
+def _observe_torque(observer: ModelObserver, constants: ConstantSubstitution) -> ca.Function:
     """(block, sample, again) -> (block_next, psi, M_z, added, limits)."""
     model, names = observer.measurement_model, observer.measurement_model.torque_state
     sizes = {"rig": len(RIG), "tuning": len(TUNING_FIELDS)}

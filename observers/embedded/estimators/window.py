@@ -8,23 +8,23 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from observers.embedded.constant_substitution import ConstantSubstitution
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
     EstimatorCode,
     function_of_symbols,
     memory_with,
+    motion_depends_on_patch_torque,
     retentions,
     stiffness_ratio,
     stored_rows,
-    torque_moves_states,
 )
 from observers.embedded.patches.patch_code import PatchCode, window_of
-from observers.embedded.tunable_constants import Constants
 from observers.estimators.initial_state import build_initial_state
 from observers.estimators.mhe_recursions import (
     arrival_variance_increment,
+    build_acceptance_update,
     build_filter_step,
-    build_sample_acceptance,
     build_smoother_step,
     build_state_prediction,
     has_not_converged,
@@ -54,7 +54,7 @@ STATE = """\
 {integers}"""
 
 
-def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
+def compact_window(patch: PatchCode, constants: ConstantSubstitution) -> EstimatorCode:
     """An `Mhe` of one iteration over two samples or more, on a patch of C."""
     observer, size, window = patch.observer, patch.real.size, window_of(patch.observer)
     model = observer.measurement_model
@@ -63,7 +63,7 @@ def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
     if patch.follows_mu:
         P = ca.MX.sym("P", len(model.states), len(model.states))
         functions.append(retentions(observer, constants, P, P, predicted=False))
-    row, n, eliminated = stored_rows(model), len(model.states), elimination_parts(model).size
+    row, n, eliminated = stored_rows(model), len(model.states), elimination_layout(model).size
     numbers = n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(change_monitor_fields(model))
     a_sample = (n + len(row) + eliminated) * size + patch.kept_bytes
     states = {name: i for i, name in enumerate(model.states)}
@@ -72,7 +72,8 @@ def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
         functions=functions,
         element_names={"row": row, "torque": TORQUES, "test": test_outputs(model)},
         terms={
-            "window": window, "moves_states": torque_moves_states(model), "eliminated": eliminated,
+            "window": window, "eliminated": eliminated,
+            "moves_states": motion_depends_on_patch_torque(model),
             "log_mu": states["log_mu"], "psi": states.get("psi"), "row": row,
             "test": test_outputs(model), "walk": len(tyre_states(model)) ** 2,
             "measured": [(name, CLEAN.index(name)) for name in row if name in CLEAN],
@@ -98,12 +99,12 @@ def test_outputs(model: MeasurementModel) -> tuple[str, ...]:
     return (*TEST, "untested", "evidence") if OTHER in model.states else TEST
 
 
-def elimination_parts(model: MeasurementModel) -> Layout:
+def elimination_layout(model: MeasurementModel) -> Layout:
     """The parts that forward elimination leaves for back substitution."""
     n = len(model.states)
     parts = (("filtered", n, 1), ("P", n, n), ("K", n, 1), ("score", 1, 1), ("H", n, 1))
     slopes = ("slopes", len(slope_states(model)), 1)
-    return Layout((*parts, slopes) if torque_moves_states(model) else parts)
+    return Layout((*parts, slopes) if motion_depends_on_patch_torque(model) else parts)
 
 
 @dataclass(frozen=True)
@@ -133,7 +134,7 @@ class WindowFunctions:
             "mean": (n, 1), "factor": (n, n), "P": (n, n), "torque": (len(TORQUES), 1),
             "row": (row, 1), "after": (row, 1), "counts": (len(COUNTS), 1),
             "monitor": (len(change_monitor_fields(self.model)), 1),
-            "eliminated": (elimination_parts(self.model).size, 1), "costate": (n, 1), "newest": (n, 1),
+            "eliminated": (elimination_layout(self.model).size, 1), "costate": (n, 1), "newest": (n, 1),
             "test": (len(test_outputs(self.model)), 1), "age": (1, 1), "imputed": (1, 1),
             "slide": (2, 1),
             "theta": (len(self.patch.torque_model.coordinates), 1), "rig": (len(RIG), 1),
@@ -193,7 +194,7 @@ class WindowFunctions:
         row, age, test, tuning = inputs = self.symbols("row", "age", "test", "tuning")
         stored, three = named(stored_rows(self.model), row), test[: TEST.index("run") + 1]
         unknown = log_mu_change_variance(named(TUNING_FIELDS, tuning))
-        accepted, jump = build_sample_acceptance()(
+        accepted, jump = build_acceptance_update()(
             stored["accepted"], stored["jump"], age, three, unknown
         )
         return function_of_symbols("accept", inputs, accepted=accepted, jump=jump)
@@ -216,14 +217,14 @@ class WindowFunctions:
         results["slopes"] = slopes
         return function_of_symbols(
             "forward", inputs, mean_next=results["mean_next"], factor_next=results["factor_next"],
-            eliminated=elimination_parts(self.model).join(results),
+            eliminated=elimination_layout(self.model).join(results),
         )  # fmt: skip
 
     def substitute_back(self) -> ca.Function:
         """(costate, eliminated, row, after) -> costate before, smoothed x within bounds."""
         names = ("costate", "eliminated", "row", "after", "rig", "tuning")
         costate, eliminated, row, after, rig, tuning = inputs = self.symbols(*names)
-        parts = elimination_parts(self.model).split(eliminated)
+        parts = elimination_layout(self.model).split(eliminated)
         # The motion is cheaper to compute again than to store with every sample.
         now, now_next = (self.full_row(vector)[: len(CLEAN)] for vector in (row, after))
         motion = build_linearised_motion(self.model)

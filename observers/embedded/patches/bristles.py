@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import wrightomega
 
-from observers.embedded.patches.effect_expressions import TERMS, EffectExpressions
 from observers.embedded.patches.patch_code import LinearisedPatch, PatchCode, window_of
+from observers.embedded.patches.patch_effects import TERMS, PatchEffects
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.estimators.model_observer import ModelObserver
 from observers.measurement.linearisation import angle_is_state
@@ -43,7 +43,7 @@ def has_bristles(observer: ModelObserver) -> bool:
 
 def bristle_patch_code(observer: ModelObserver, real: Real) -> PatchCode:
     """The patch of an observer for which `has_bristles` holds."""
-    effects, window = EffectExpressions(observer), window_of(observer)
+    effects, window = PatchEffects(observer), window_of(observer)
     terms = bristle_placeholders(effects, real)
     functions = {"sample_terms": effects.sample_terms(), "initial_memory": effects.initial()}
     if terms["grows"]:
@@ -77,7 +77,7 @@ def bristle_patch_code(observer: ModelObserver, real: Real) -> PatchCode:
     )
 
 
-def bristle_placeholders(effects: EffectExpressions, real: Real) -> dict[str, Any]:
+def bristle_placeholders(effects: PatchEffects, real: Real) -> dict[str, Any]:
     """Values of the placeholders of the templates."""
     patch, rig, deflection = effects.patch, effects.observer.rig, effects.deflection()
     traits, log_reference = patch.traits, float(np.log(REFERENCE_SPEED))
@@ -127,9 +127,7 @@ def _omega() -> dict[str, Any]:
     }  # fmt: skip
 
 
-def bristle_constants(
-    effects: EffectExpressions, terms: dict[str, Any]
-) -> dict[str, NDArray[np.float64]]:
+def bristle_constants(effects: PatchEffects, terms: dict[str, Any]) -> dict[str, NDArray[np.float64]]:
     """Values of every bristle that do not depend on the sample.
 
     Lever arm over a [1] and moment of q / a [N m]; limit of q / a over mu and load [1/N], or the

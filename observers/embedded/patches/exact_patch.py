@@ -8,8 +8,8 @@ expressions, once a sample.
 
 import casadi as ca
 
-from observers.embedded.patches.effect_expressions import TERMS, EffectExpressions
 from observers.embedded.patches.patch_code import LinearisedPatch, PatchCode, window_of
+from observers.embedded.patches.patch_effects import TERMS, PatchEffects
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.estimators.model_observer import ModelObserver
 from observers.measurement.linearisation import angle_is_state
@@ -34,11 +34,11 @@ def exact_patch_code(observer: ModelObserver, real: Real, *, rig_at_run_time: bo
     """The patch of an observer for which `has_corners` holds; k and rig at run time, if asked for."""
     effects, a, e = bool(observer.model.effects), observer.rig.a, observer.rig.e
     rig_at_run_time, k = rig_at_run_time and not effects, repr(float(observer.values["k"]))
-    expressions, window = EffectExpressions(observer), window_of(observer)
+    on_patch, window = PatchEffects(observer), window_of(observer)
     by_angle = angle_is_state(observer.measurement_model)
     functions = {"unit_moment": build_corner_moment(observer, rig_at_run_time=rig_at_run_time)}
     if effects:
-        terms, initial = expressions.sample_terms(), expressions.initial()
+        terms, initial = on_patch.sample_terms(), on_patch.initial()
         functions |= {"sample_terms": terms, "initial_memory": initial}
     numbers = {
         "a": repr(float(a)), "k": k, "level": repr(float(full_slide_level(1.0, a))),
@@ -60,12 +60,12 @@ def exact_patch_code(observer: ModelObserver, real: Real, *, rig_at_run_time: bo
         type_template="patches/exact_patch_type.c",
         terms={
             **(of_state if rig_at_run_time else numbers), "depth": DEPTH,
-            "rig_at_run_time": rig_at_run_time, "own": expressions.own, "terms": TERMS,
+            "rig_at_run_time": rig_at_run_time, "own": on_patch.own, "terms": TERMS,
             "effects": effects,
             "angle_is_state": by_angle, "bristles": 0, "creep": 0.0, "single": real is SINGLE,
         },
         k="state->patch.k" if rig_at_run_time else k,
-        bytes=(3 * DEPTH + 2 + 5 * rig_at_run_time + expressions.own) * real.size + 8 + DEPTH,
+        bytes=(3 * DEPTH + 2 + 5 * rig_at_run_time + on_patch.own) * real.size + 8 + DEPTH,
         kept=f"    {real.c_type} {kept};\n",
         kept_integers=f"    int8_t corners[{window}];\n",
         kept_bytes=(1 + 2 * DEPTH + effects + 2 * by_angle) * real.size + 1,

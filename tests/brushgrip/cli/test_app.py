@@ -9,8 +9,8 @@ import pytest
 import brushgrip
 from brushgrip import commands
 from brushgrip.cli import own_packages_shadowed
-from brushgrip.cli.app import COMMANDS, app, command_of, found_commands, repeat_lists
-from brushgrip.cli.own_packages_shadowed import BEGINNINGS, foreign_packages
+from brushgrip.cli.app import COMMANDS, app, command_of, found_commands, repeat_flag_per_value
+from brushgrip.cli.own_packages_shadowed import BEGINNINGS, shadowed_packages_message
 from brushgrip.published.fetch import FetchError
 from symbolic import InvalidInputError
 from tests.brushgrip.helpers import Run, Write
@@ -34,7 +34,7 @@ from tests.contributing import example
     ],
 )
 def test_repeat_lists(given: str, spread: str) -> None:
-    assert repeat_lists(given.split()) == spread.split()
+    assert repeat_flag_per_value(given.split()) == spread.split()
 
 
 @pytest.mark.parametrize(
@@ -135,12 +135,12 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_ours_are_ours() -> None:
-    assert foreign_packages() == ""
+    assert shadowed_packages_message() == ""
 
 
 def test_a_package_elsewhere_is_not_ours(place: Path) -> None:
     (place / "symbolic" / "__init__.py").write_text(f"{BEGINNINGS['symbolic']}\nraise SystemExit\n")
-    said = foreign_packages()
+    said = shadowed_packages_message()
 
     assert f"'symbolic' in {place / 'symbolic'} is another distribution's" in said
     assert "'observers' is missing" in said
@@ -155,6 +155,6 @@ def test_a_package_that_was_written_over_is_not_ours(
         own_packages_shadowed, "__file__", str(place / "brushgrip" / "cli" / "own_packages_shadowed.py")
     )
     package.write_text('"""Something else."""\n')
-    assert f"'symbolic' in {package.parent} is another" in foreign_packages()
+    assert f"'symbolic' in {package.parent} is another" in shadowed_packages_message()
     package.write_text(BEGINNINGS["symbolic"])
-    assert "'symbolic'" not in foreign_packages()
+    assert "'symbolic'" not in shadowed_packages_message()

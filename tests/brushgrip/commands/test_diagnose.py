@@ -153,7 +153,7 @@ def test_friction_takes_the_samples_that_the_search_takes(
         enough()
 
     monkeypatch.setattr(
-        "identification.reading.shortened_recordings.thin_recordings", lambda _: (thinned, None)
+        "identification.reading.trimming_and_thinning.thin_recordings", lambda _: (thinned, None)
     )
     monkeypatch.setattr("brushgrip.report.diagnosis_folder.thinning_note", lambda _: "")
     search(lambda training, *_, **__: searched.extend(r.name for r in training))

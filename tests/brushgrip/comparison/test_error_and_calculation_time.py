@@ -36,7 +36,7 @@ class Slow:
     works_beyond_five_zones: bool = True
     gives_deviation: bool = False
 
-    def estimate(self, recording: Recording) -> Array:
+    def estimate_mu_eff(self, recording: Recording) -> Array:
         busy(BUSY)
         return np.full(recording.t.size, 1.3 + OFF)
 
@@ -66,12 +66,12 @@ def test_a_method_from_elsewhere_gets_its_row(case: Case) -> None:
 class Remembering(Slow):
     """Is slower in the first call, and right from the second on."""
 
-    def estimate(self, recording: Recording) -> Array:
+    def estimate_mu_eff(self, recording: Recording) -> Array:
         if "called" in vars(self):
-            return super().estimate(recording) - OFF
+            return super().estimate_mu_eff(recording) - OFF
         vars(self)["called"] = True
         busy(9 * BUSY)
-        return super().estimate(recording)
+        return super().estimate_mu_eff(recording)
 
 
 def test_an_observer_from_elsewhere_is_compared(case: Case) -> None:

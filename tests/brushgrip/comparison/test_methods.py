@@ -49,7 +49,7 @@ def named(name: str) -> Method:
 def test_beyond_five_zones(nested: Recording, name: str) -> None:
     method = named(name)
     beyond = zone_history(nested.psi).true_zones >= NESTED_FROM
-    error = np.abs(method.estimate(nested)[beyond] / MU - 1)
+    error = np.abs(method.estimate_mu_eff(nested)[beyond] / MU - 1)
     print(f"{name}: off by up to {error.max():.2%} in {beyond.mean():.0%} of the samples")
 
     assert beyond.mean() > 0.3

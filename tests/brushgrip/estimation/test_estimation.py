@@ -9,7 +9,7 @@ import pytest
 
 from brushgrip.estimation.observe_recording import (
     Aligning,
-    angle_without_imputed,
+    angle_nan_where_imputed,
     friction_track,
     has_aligning_torque,
     model_observer,
@@ -125,9 +125,9 @@ def test_an_imputed_angle_reaches_the_observer_as_missing(recording: Recording) 
     measured[20:23] = False
     gaps = replace(recording, psi_recorded=measured)
 
-    np.testing.assert_array_equal(np.isnan(angle_without_imputed(gaps)), ~measured)
+    np.testing.assert_array_equal(np.isnan(angle_nan_where_imputed(gaps)), ~measured)
     np.testing.assert_array_equal([np.isnan(s.psi) for s in samples_of(gaps)], ~measured)
-    np.testing.assert_array_equal(angle_without_imputed(recording), recording.psi)
+    np.testing.assert_array_equal(angle_nan_where_imputed(recording), recording.psi)
 
 
 def test_an_aligning_torque_with_gaps_is_still_preferred(recording: Recording) -> None:

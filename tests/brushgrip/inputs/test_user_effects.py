@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.inputs.user_effects import effect_files, user_effects
+from brushgrip.inputs.user_effects import effect_files, import_user_effects
 from symbolic import CANDIDATES, InvalidInputError
 from tests.brushgrip.helpers import Run, Write, table_of, write_model
 from tests.refusal import refused
@@ -61,13 +61,13 @@ def model() -> Path:
 
 
 def names(*modules: str) -> list[str]:
-    return [effect.name for effect in user_effects(modules)]
+    return [effect.name for effect in import_user_effects(modules)]
 
 
 def test_modules_may_be_repeated_and_separated_by_commas() -> None:
     assert names("own_stop, own_creak", "ownpackage.effects") == ["stop", "creak", "sag"]
     assert names("own_stop", "own_stop") == ["stop"]
-    assert user_effects(None) == ()
+    assert import_user_effects(None) == ()
 
 
 def test_what_is_on_the_path_goes_before_the_current_directory(here: Path) -> None:
@@ -195,14 +195,14 @@ def test_a_torque_of_memory_is_enough(here: Path) -> None:
     )
     (here / "own_slow.py").write_text(text)
 
-    assert [effect.remembers_torque for effect in user_effects(["own_slow"])] == [True]
+    assert [effect.remembers_torque for effect in import_user_effects(["own_slow"])] == [True]
 
 
 def test_a_file_is_the_module_of_its_name(here: Path) -> None:
     folder = here / "somewhere"
     folder.mkdir()
     (folder / "own_in_folder.py").write_text(MODULE.format(kind="Stop", name="stop_in_folder"))
-    effects = user_effects(["somewhere/own_in_folder.py"])
+    effects = import_user_effects(["somewhere/own_in_folder.py"])
 
     assert [effect.name for effect in effects] == ["stop_in_folder"]
     assert folder / "own_in_folder.py" in effect_files(["somewhere/own_in_folder.py"], effects)

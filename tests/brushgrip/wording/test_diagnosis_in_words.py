@@ -9,7 +9,7 @@ from brushgrip.wording.diagnosis_in_words import (
     experiment_in_words,
     explained_grade,
     headline,
-    split_parameter_label,
+    parameter_words_and_owner,
     taken_from_model,
 )
 from identification import Diagnosis, FoundModel
@@ -139,12 +139,12 @@ def test_a_rival_that_the_model_has_too_is_not_named() -> None:
 
 
 def test_parameters_have_plain_names() -> None:
-    assert split_parameter_label("carcass_torsion.k_t") == ("carcass torsion: k_t", "")
-    assert split_parameter_label("torque_offset.M_0 [fem1]") == ("torque offset: M_0", "fem1")
-    assert split_parameter_label("mu [fem1]") == ("internal coefficient μ, not to be quoted", "fem1")
-    assert split_parameter_label("k") == ("tread stiffness k", "")
-    assert split_parameter_label("a [fem1]") == ("half-length a", "fem1")
-    assert split_parameter_label("e [fem1]") == ("caster e", "fem1")
+    assert parameter_words_and_owner("carcass_torsion.k_t") == ("carcass torsion: k_t", "")
+    assert parameter_words_and_owner("torque_offset.M_0 [fem1]") == ("torque offset: M_0", "fem1")
+    assert parameter_words_and_owner("mu [fem1]") == ("internal coefficient μ, not to be quoted", "fem1")
+    assert parameter_words_and_owner("k") == ("tread stiffness k", "")
+    assert parameter_words_and_owner("a [fem1]") == ("half-length a", "fem1")
+    assert parameter_words_and_owner("e [fem1]") == ("caster e", "fem1")
 
 
 FOUND = (

@@ -7,7 +7,7 @@ import pytest
 
 from identification import Channel, LowPass, Recording
 from identification.reading.sensor_saturation import SensorSaturation, sensor_saturation
-from identification.reading.shortened_recordings import recording_at_samples
+from identification.reading.trimming_and_thinning import recording_at_samples
 from reference_rig import RigRecording, free_path, make_recording, simulate_bristles
 from tests.identification.factories import as_read, with_torque
 

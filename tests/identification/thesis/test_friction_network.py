@@ -60,7 +60,7 @@ def test_what_the_inputs_tell_is_learned(training: list[Recording], activation: 
     network = train_network(
         training, telling, NetworkDesign(activation=activation, rate=1e-2), name="it"
     )
-    error = np.abs(network.estimate(made(1.1, seed=9)) - 1.1).max()
+    error = np.abs(network.estimate_mu_eff(made(1.1, seed=9)) - 1.1).max()
 
     print(f"{activation.name}: within {error:.3f}")
     assert error < 0.1
@@ -73,16 +73,16 @@ def test_what_the_inputs_tell_is_learned(training: list[Recording], activation: 
 @pytest.mark.long
 def test_what_they_do_not_tell_is_the_mean_of_the_labels(training: list[Recording]) -> None:
     guess = label_mean(training)
-    said = train_network(training, blind).estimate(made(0.5, seed=9))
+    said = train_network(training, blind).estimate_mu_eff(made(0.5, seed=9))
 
     assert guess.mu == pytest.approx(np.mean(LABELS))
-    np.testing.assert_allclose(guess.estimate(training[0]), guess.mu)
+    np.testing.assert_allclose(guess.estimate_mu_eff(training[0]), guess.mu)
     np.testing.assert_allclose(said, guess.mu, atol=0.2)
 
 
 @pytest.mark.long
 def test_a_single_label_is_all_that_is_said(training: list[Recording]) -> None:
-    said = train_network([made(1.9), made(1.9, seed=1)], telling).estimate(training[0])
+    said = train_network([made(1.9), made(1.9, seed=1)], telling).estimate_mu_eff(training[0])
 
     # Labels without variance score every pass alike, so the first one is kept.
     np.testing.assert_allclose(said, 1.9, atol=0.1)
@@ -92,7 +92,7 @@ def test_a_single_label_is_all_that_is_said(training: list[Recording]) -> None:
 def test_on_top_of_an_estimate_it_learns_the_error(training: list[Recording]) -> None:
     test = made(1.1, seed=9)
     network = train_network(training, biased, NetworkDesign(rate=1e-2), base=1)
-    error = network.estimate(test) - 1.1
+    error = network.estimate_mu_eff(test) - 1.1
 
     assert np.abs(error).max() < 0.05 < 0.2 < np.abs(biased(test)[:, 1] - 1.1).max()
     assert not network.works_beyond_five_zones
@@ -101,7 +101,7 @@ def test_on_top_of_an_estimate_it_learns_the_error(training: list[Recording]) ->
 @pytest.mark.long
 def test_the_same_seed_gives_the_same_network(training: list[Recording]) -> None:
     same = [
-        train_network(training, telling, NetworkDesign(seed=seed)).estimate(training[0])
+        train_network(training, telling, NetworkDesign(seed=seed)).estimate_mu_eff(training[0])
         for seed in (1, 1, 2)
     ]
 

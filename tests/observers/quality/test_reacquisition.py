@@ -16,7 +16,7 @@ from observers.quality.acquisition import (
     OWN,
     PROVED,
     EquivalentPatch,
-    build_acquisition_handover,
+    build_acquisition_decision,
 )
 from observers.quality.acquisition_and_tracking import MAY_HAVE_MOVED, _known_before
 from observers.quality.hypotheses_verdict import VERDICT
@@ -263,7 +263,7 @@ def concluded(
     }
     found = dict.fromkeys(VERDICT, 0.0) | {"variance": 1e-3, "verified": 1, "wiped": 1} | verdict
     told = dict.fromkeys(OUTPUT, 1.0) | {"status": 0} | output
-    conclude = build_acquisition_handover(patch, AligningTorque())
+    conclude = build_acquisition_decision(patch, AligningTorque())
     given: list[Any] = [[*own.values()], [*found.values()], [*told.values()], 0.5, 1, 1, M_z, 0]
     limits = [getattr(tuning, name) for name in SETTINGS]
     after, *_ = conclude(*given, [K, RIG.a, RIG.e], limits, patch.friction)

@@ -21,8 +21,8 @@ Tunable = Literal["", "tuning", "all"]
 
 
 @dataclass(frozen=True)
-class Constants:
-    """Constants for Functions of scalars."""
+class ConstantSubstitution:
+    """Puts constants into Functions of scalars."""
 
     observer: ModelObserver  # Whose constants they are.
     tunable: Tunable = ""  # Which of them C reads at run time.

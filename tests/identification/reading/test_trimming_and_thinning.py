@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification import Recording
-from identification.reading.shortened_recordings import thin_recordings
+from identification.reading.trimming_and_thinning import thin_recordings
 from tests.identification.factories import recording
 
 

@@ -16,7 +16,7 @@ from observers.estimators.model_observer import ModelObserver
 from symbolic import SIGNALS, Model
 from symbolic.bristle_patch import SPAN, BristlePatch
 from symbolic.casadi_functions import named_function
-from symbolic.compilation.bristle_functions import patch_of
+from symbolic.compilation.single_bristle_functions import patch_of
 from symbolic.effects.base import Signals
 from symbolic.elements_in_series import deflection_of
 from symbolic.full_slide import build_full_slide
@@ -30,7 +30,7 @@ TERMS = ("psi", "F_N", "speed", "base", "growth", "reach", "decay", "gain", "tor
 
 
 @dataclass(frozen=True, eq=False)
-class EffectExpressions:
+class PatchEffects:
     """The effects of an observer's model on its patch."""
 
     observer: ModelObserver  # The parameters of its model enter as numbers.

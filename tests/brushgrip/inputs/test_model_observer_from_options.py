@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from brushgrip.inputs.chosen_observer import chosen_observer
 from brushgrip.inputs.command_inputs import gather_inputs
+from brushgrip.inputs.model_observer_from_options import model_observer_from_options
 from symbolic import FoundModel, Model, ModelBasis, effects_named
 from tests.brushgrip.helpers import write_model
 
@@ -24,7 +24,7 @@ def test_k_is_a_state_by_a_model_found_where_nothing_is_asked_for(
 ) -> None:
     model = write_model({"carcass_torsion.k_t": 390.0}) if found else None
     inputs = gather_inputs(rig=steering_rig, model=model)
-    observer = chosen_observer("ekf", torque, inputs, None, stiffness_state=asked)
+    observer = model_observer_from_options("ekf", torque, inputs, None, stiffness_state=asked)
 
     assert ("stiffness" in observer.states) == is_state
 
@@ -32,7 +32,7 @@ def test_k_is_a_state_by_a_model_found_where_nothing_is_asked_for(
 def test_a_car_has_its_own_states(repository_root: Path) -> None:
     car = repository_root / "examples" / "vehicles" / "small_car.toml"
 
-    assert "gear" in chosen_observer("ekf", "M_z", gather_inputs(vehicle=car), None).states
+    assert "gear" in model_observer_from_options("ekf", "M_z", gather_inputs(vehicle=car), None).states
 
 
 def test_a_model_that_explains_nothing_surpasses_no_declared_one() -> None:

@@ -36,7 +36,7 @@ def rig_or_vehicle_file(inputs: Inputs) -> Path:
     return described
 
 
-def chosen_observer(
+def model_observer_from_options(
     name: str,
     torque: str,
     inputs: Inputs,

@@ -1,11 +1,11 @@
-"""The quality of an estimate, counted by hand on short tracks."""
+"""The consistency of estimates with the final one, counted by hand on short tracks."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from observers import Estimates, friction_quality, friction_spread
+from observers import Estimates, friction_spread, self_consistency
 from symbolic import InvalidInputError
 
 
@@ -36,26 +36,26 @@ def track(mu_eff, std, informed=None):
         ([5.0, 0.9, 1.1, 1.2, 1.0], 0.1, None, {"drift": 0.2}),
     ],
 )
-def test_quality_of_a_track(mu_eff, std, informed, expected):
-    quality = friction_quality(track(mu_eff, std, informed))
+def test_consistency_of_a_track(mu_eff, std, informed, expected):
+    found = self_consistency(track(mu_eff, std, informed))
 
-    assert {name: getattr(quality, name) for name in expected} == pytest.approx(expected)
+    assert {name: getattr(found, name) for name in expected} == pytest.approx(expected)
 
 
 def test_a_reference_from_elsewhere_has_its_own_coverage():
-    quality = friction_quality(track([1.5, 1.1, 0.7, 1.0], 0.1, [False, True, True, True]), 1.25)
+    found = self_consistency(track([1.5, 1.1, 0.7, 1.0], 0.1, [False, True, True, True]), 1.25)
 
-    assert (quality.coverage, quality.reference_coverage) == pytest.approx((2 / 3, 1 / 3))
-    assert friction_quality(track([1.0], 0.5, [False]), 1.0).reference_coverage is None
+    assert (found.coverage, found.reference_coverage) == pytest.approx((2 / 3, 1 / 3))
+    assert self_consistency(track([1.0], 0.5, [False]), 1.0).reference_coverage is None
 
 
 def test_estimates_without_a_deviation_are_refused():
     bad = replace(track([1.0, 1.0], 0.1), mu_eff_std=np.full(2, np.nan))
     with pytest.raises(InvalidInputError, match="standard deviation"):
-        friction_quality(bad)
+        self_consistency(bad)
 
 
 def test_the_spread_of_one_ground_is_a_coefficient_of_variation():
-    qualities = [friction_quality(track([mu, mu], 0.1)) for mu in (0.9, 1.0, 1.1)]
-    assert friction_spread(qualities) == pytest.approx(0.1)
-    assert friction_spread(qualities[:1]) is None
+    consistencies = [self_consistency(track([mu, mu], 0.1)) for mu in (0.9, 1.0, 1.1)]
+    assert friction_spread(consistencies) == pytest.approx(0.1)
+    assert friction_spread(consistencies[:1]) is None

@@ -1,4 +1,4 @@
-"""How good the friction that an observer found over a recording was, without knowing the true one.
+"""How the friction that an observer found over a recording agrees with its own final estimate.
 
 The recording's own final estimate is the reference: how soon the estimate stays near it, how far it
 still moves, and whether the bands on the way held it. That they did is necessary, not evidence of
@@ -23,7 +23,7 @@ LATE_SHARE = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
-class FrictionQuality:
+class SelfConsistency:
     """Effective friction at the end of a recording, and how the estimate came there.
 
     Attributes:
@@ -49,8 +49,8 @@ class FrictionQuality:
     reference_coverage: float | None = None
 
 
-def friction_quality(estimates: Estimates, reference: float | None = None) -> FrictionQuality:
-    """The quality of the estimates over one recording; they need a standard deviation.
+def self_consistency(estimates: Estimates, reference: float | None = None) -> SelfConsistency:
+    """How estimates over one recording agree with the last of them; they need a standard deviation.
 
     Args:
         estimates: of an observer, over a recording.
@@ -75,7 +75,7 @@ def friction_quality(estimates: Estimates, reference: float | None = None) -> Fr
         coverage = _held(mu_eff[known], std[known], final)
         reference_coverage = None if reference is None else _held(mu_eff[known], std[known], reference)
         relative_band = float(np.median(std[known] / mu_eff[known]))
-    return FrictionQuality(
+    return SelfConsistency(
         mu_eff=final,
         mu_eff_std=float(std[-1]),
         settling=float(t[settled] - t[0]),
@@ -90,9 +90,9 @@ def _held(mu_eff: Array, std: Array, reference: float) -> float:
     return float(np.mean(np.abs(mu_eff - reference) <= BAND_95 * std))
 
 
-def friction_spread(qualities: Sequence[FrictionQuality]) -> float | None:
+def friction_spread(consistencies: Sequence[SelfConsistency]) -> float | None:
     """Coefficient of variation of the final mu_eff of recordings on one ground [1]; None below two."""
-    if len(qualities) < 2:
+    if len(consistencies) < 2:
         return None
-    finals = np.array([quality.mu_eff for quality in qualities])
+    finals = np.array([one.mu_eff for one in consistencies])
     return float(finals.std(ddof=1) / finals.mean())

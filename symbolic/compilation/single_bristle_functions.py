@@ -137,12 +137,12 @@ def _step(model: Model) -> tuple[dict[str, ca.SX], ca.SX, ca.SX, tuple[Expressio
     found = ca.SX.sym("found", FOUND)
     calls: list[tuple[Expression, ...]] = []
 
-    def search(*arguments: Expression) -> list[ca.SX]:
+    def solve(*arguments: Expression) -> list[ca.SX]:
         calls.append(arguments)
         return list(ca.vertsplit(found))
 
     # The traits say which laws there are; their numbers are among the coefficients.
-    one = BristleAtPlace(traits=patch_of(model).traits, place=(0, 0, 0), search=search)
+    one = BristleAtPlace(traits=patch_of(model).traits, place=(0, 0, 0), solver=solve)
     stresses = {f"stress_{s}": ca.SX.sym(f"stress_{s}") for s in range(one.size)}
     rest = {name: ca.SX.sym(name) for name in ("turn", "lever", "limit")}
     shared = ca.SX.sym("shared", SHARED)
