@@ -190,7 +190,7 @@ def constant_load(recording: Recording) -> str:
     return told * bool(not known and np.ptp(recording.F_N) == 0)
 
 
-def weaker_direction(
+def weaker_direction_share_and_note(
     values: Mapping[str, float], mu_eff: float = nan, mu_eff_std: float = nan
 ) -> tuple[float, str]:
     """Share of mu_eff that the weaker direction of a found model holds less; in words from 1 % on.

@@ -24,7 +24,7 @@ from observers.interfaces.car_observer import HOLDING
 from observers.protocol import prior_estimate
 from symbolic import InvalidInputError, Vehicle
 from symbolic.vehicle.mean_wheel import wheel_of_rack
-from symbolic.vehicle.rack_derivatives import RackDifferentiator
+from symbolic.vehicle.rack_time_derivatives import RackTimeDerivatives
 
 MAX_RATES = 2_000
 """Most samples of a rate that are held against the angle, which takes 20 ms."""
@@ -195,7 +195,7 @@ class CarStandstillEstimator(RowEstimator):
         self._held = {"speed": inf, "brake": float(self._vehicle.brakes)}
         self._state: bool | None = None
         self._waiting: list[tuple[tuple[float, ...], float, float]] = []
-        self._motion = RackDifferentiator()
+        self._motion = RackTimeDerivatives()
 
     def __call__(self, row: Row) -> list[Point]:
         """The points that are known with one more row; fewer than `MIN_SAMPLES` at rest are none."""
@@ -215,7 +215,7 @@ class CarStandstillEstimator(RowEstimator):
         points: list[Point] = []
         if state is not self._state:
             points += self._rolled()
-            self._state, self._stretch, self._motion = state, None, RackDifferentiator()
+            self._state, self._stretch, self._motion = state, None, RackTimeDerivatives()
         psi, M_z = self._wheel(recorded, bool(state))
         self._waiting.append((recorded, psi, M_z if stands else nan))
         if state is None:

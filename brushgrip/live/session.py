@@ -102,7 +102,7 @@ class Session:
     def state(self) -> State:
         """How the session stands now."""
         estimate, age = self._newest, arrival_time() - self._came
-        recorder, ended = self._recorder, self._ended and not self._waiting
+        recorder, ended = self._recorder, self._is_over
         # Nobody turns any more, or no turning makes friction known.
         idle = ended or age >= OLD or not self.plausible
         idle |= estimate is not None and Status.INCONSISTENT in estimate.status
@@ -121,9 +121,14 @@ class Session:
             note="; ".join(filter(None, (self._remarks, self.estimator.note))),
         )
 
+    @property
+    def _is_over(self) -> bool:
+        """Whether nothing is estimated any more."""
+        return self._ended and (self._is_interrupted or not self._waiting)
+
     def _words(self, estimate: Estimate | None, age: float, *, stops: bool) -> str:
         parts = [self._fault, self._implausible]
-        if self._ended and not self._waiting:
+        if self._is_over:
             why = "stopped" if self._is_interrupted else "the source has ended"
             parts.append(f"{why}: {self._last_usable.told}")
         elif age >= OLD:

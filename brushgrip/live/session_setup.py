@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.estimation.observe_recording import ObserverFactory
-from brushgrip.estimation.suspicious_recordings import weaker_direction
+from brushgrip.estimation.suspicious_recordings import weaker_direction_share_and_note
 from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.recording_files import locate_recording
 from brushgrip.live.adviser import Adviser
@@ -66,7 +66,9 @@ def source_and_estimator(
     )
     estimator.range_is_known = rig.range is not None
     if found is not None:
-        estimator.weaker, estimator.note = weaker_direction(found.values_for_estimation(ground))
+        estimator.weaker, estimator.note = weaker_direction_share_and_note(
+            found.values_for_estimation(ground)
+        )
         estimator.loads = None if found.basis is None else found.basis.loads
     return open_source, estimator
 

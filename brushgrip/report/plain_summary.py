@@ -1,7 +1,7 @@
 """The results for somebody who knows no tyre model: friction by ground, and lines for a mail."""
 
 from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome, found_model
-from brushgrip.estimation.suspicious_recordings import weaker_direction
+from brushgrip.estimation.suspicious_recordings import weaker_direction_share_and_note
 from brushgrip.report.friction_summary import (
     at_common_load,
     grounds_alike,
@@ -201,7 +201,9 @@ def _weaker(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     found = found_model(diagnosis)
     told: dict[str, list[str]] = {}
     for ground in outcome.grounds:
-        less = weaker_direction(found.values_for_estimation(ground or None))[1].partition(":")[0]
+        less = weaker_direction_share_and_note(found.values_for_estimation(ground or None))[1].partition(
+            ":"
+        )[0]
         told.setdefault(less, []).append(ground)
     told.pop("", None)
     parts = [f"{less}{f' on {listed(grounds)}' * (len(told) > 1)}" for less, grounds in told.items()]

@@ -35,7 +35,7 @@ from brushgrip.estimation.suspicious_recordings import (
     slope_of_car,
     suspected_cause,
     unstated_range,
-    weaker_direction,
+    weaker_direction_share_and_note,
 )
 from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.option_choices import ObserverName
@@ -220,7 +220,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         far = load_outside(recording.F_N, found.basis.loads if found.basis else None)
         doubts += [stiffness_note(values["k"], recording), far, at_load]
         if at is not None and not by_direction:
-            directed["weaker"], of_model = weaker_direction(
+            directed["weaker"], of_model = weaker_direction_share_and_note(
                 values, float(estimates.mu_eff[at]), float(estimates.mu_eff_std[at])
             )
             doubts.append(of_model)

@@ -65,8 +65,7 @@ OF_CAR = {
     "declare the torque's noise ([sensor] noise), try --by-direction, or raise error of the tuning to"
     " 0.1: with more, friction is hardly acquired": "or declare a greater force_error or force_noise",
     "a, F_N and k": "front_axle_load, half_length and stiffness",
-    "k, a, F_N": "front_axle_load, half_length, stiffness",
-    "k, a and F_N": "front_axle_load, half_length and stiffness",
+    **dict.fromkeys(("k, a, F_N", "k, a and F_N"), "front_axle_load, half_length and stiffness"),
     "k (stiffness of a vehicle)": "stiffness",
     " (brushgrip identify)": "",
     "(brushgrip diagnose)": "(brushgrip diagnose --vehicle)",
@@ -203,14 +202,14 @@ def estimates_summary(
     if np.isnan(estimates.mu_std).all():
         return f"{line}; {UNCHECKED}"
     line += f"; {rates}" * bool(rates)
-    number, why = unusable_samples_and_remedy(estimates, noise, rates, cause, of_car=of_car, way=way)
+    number, why = unusable_samples_and_remedy(estimates, noise, rates, cause, of_car=of_car)
+    why = why.replace(", try --by-direction" * bool(way), "")
     return f"{line}; {number} {_plural(number, 'sample')} not usable: {why}" if number else line
 
 
 def unusable_samples_and_remedy(
-    estimates: Estimates, noise: str = "", rates: str = "", cause: str = "", *, of_car: bool = False,
-    way: str = "",
-) -> tuple[int, str]:  # fmt: skip
+    estimates: Estimates, noise: str = "", rates: str = "", cause: str = "", *, of_car: bool = False
+) -> tuple[int, str]:
     """How many samples the gravest or most frequent fault kept from use, and its remedy; as above."""
     if np.isnan(estimates.mu_std).all():
         return estimates.t.size, UNCHECKED
@@ -237,8 +236,6 @@ def unusable_samples_and_remedy(
     wide = estimates.wide if estimates.wide.any() else -1
     share = float(np.median((estimates.mu_std / estimates.mu)[wide]))
     told = _on_command_line(flag.remedy or uninformed_remedy(share), of_car=of_car)
-    if way:
-        told = told.replace(", try --by-direction", "")
     return counts[flag], _with_time(estimates, told)
 
 

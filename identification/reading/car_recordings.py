@@ -32,7 +32,7 @@ from symbolic.array_alias import Array
 from symbolic.tables.toml_and_json_parsing import MAX_TABLES_SIZE, prefix_errors, toml_of
 from symbolic.tables.vehicle_from_tables import vehicle_from_tables
 from symbolic.vehicle.mean_wheel import wheel_of_rack
-from symbolic.vehicle.rack_derivatives import differentiated_rack_signals
+from symbolic.vehicle.rack_time_derivatives import differentiated_rack_signals
 from symbolic.vehicle.vehicle import Vehicle
 
 

@@ -56,10 +56,10 @@ class InstructionsPerPart:
 
 
 FLOAT = InstructionsPerPart(
-    step=920, corner=82, drop=1_200, bristle=(31, 40), compliant=(17, 20), limit=(45, 45),
+    step=950, corner=82, drop=1_200, bristle=(31, 40), compliant=(17, 20), limit=(45, 45),
     branch=(23, 25), creep=(35, 56), creep_compliant=(46, 89), sample=354, sample_corner=62,
     sample_bristles=316, stiffness_bristle=15, stiffness_sample=140, stiffness=170,
-    tracking=1_100, acquiring=(8_250, 8_700), tunable=300, tunable_sample=220,
+    tracking=1_150, acquiring=(8_250, 8_800), tunable=300, tunable_sample=220,
 )  # fmt: skip
 DOUBLE = InstructionsPerPart(
     step=24_500, corner=5_700, drop=52_000, bristle=(1_500, 2_400), compliant=(900, 1_500),

@@ -16,7 +16,7 @@ from observers.protocol import ESTIMATE, Observer, Sample, Status
 from symbolic import InvalidInputError, Model
 from symbolic.array_alias import Array
 from symbolic.vehicle.mean_wheel import rig_of, wheel_of_rack
-from symbolic.vehicle.rack_derivatives import RackDifferentiator
+from symbolic.vehicle.rack_time_derivatives import RackTimeDerivatives
 from symbolic.vehicle.vehicle import Vehicle
 
 Kind = TypeVar("Kind", bound=ModelObserver)
@@ -52,7 +52,7 @@ class RackSampler:
 
     One sampler serves one standstill: begin anew, the loop too, after the car has rolled and whenever
     the brakes are applied or released. All of a sample is of the middle of the last 60 ms, see
-    `symbolic.vehicle.rack_derivatives`. From the torques of an assisted car,
+    `symbolic.vehicle.rack_time_derivatives`. From the torques of an assisted car,
     `symbolic.vehicle.steering` has `rack_position` and `rack_force`.
 
     Raises:
@@ -65,7 +65,7 @@ class RackSampler:
         if vehicle.handwheel_inertia:
             raise InvalidInputError("handwheel_inertia is not in a force on the rack: declare 0")
         self.vehicle, self.brakes = vehicle, vehicle.brakes if brakes is None else brakes
-        self._motion, self._before = RackDifferentiator(), nan
+        self._motion, self._before = RackTimeDerivatives(), nan
 
     def __call__(self, t: float, rack: float, force: float) -> Sample:
         """The sample that one more measurement makes known.

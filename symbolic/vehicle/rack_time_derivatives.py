@@ -29,7 +29,7 @@ class RackInstant(NamedTuple):
     acceleration: float | Array
 
 
-class RackDifferentiator:
+class RackTimeDerivatives:
     """The rack of one standstill, from its first sample on."""
 
     def __init__(self) -> None:
@@ -71,9 +71,9 @@ def differentiated_rack_signals(
     t: Array, s: Array, force: Array, stretch: NDArray[np.int64]
 ) -> RackInstant:
     """The instants of a recording; `stretch` numbers its standstills, each of which begins anew."""
-    rows, motion, before = [], RackDifferentiator(), None
+    rows, motion, before = [], RackTimeDerivatives(), None
     for number, *sample in zip(stretch.tolist(), t.tolist(), s.tolist(), force.tolist(), strict=True):
-        motion = motion if number == before else RackDifferentiator()
+        motion = motion if number == before else RackTimeDerivatives()
         rows.append(motion(*sample))
         before = number
     return RackInstant(*np.ascontiguousarray(np.array(rows).T))
