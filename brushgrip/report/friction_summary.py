@@ -21,7 +21,7 @@ IN_PLAIN_WORDS = {
     OF_LENGTHS: "what the lengths of contact and caster may be off",
     OF_LOAD: "what the load may be off",
     OF_SCALE: "that the torque's scale may be off, as the tread stiffness is not the declared one",
-    OF_TUNING: "a reserve that is always kept",
+    OF_TUNING: "a reserve for errors that nobody declared",
 }
 """Causes of a band for somebody who knows no tyre model."""
 GROUP_LABELS = {"training": "training", "holdout": "validation"}
@@ -141,8 +141,8 @@ def note_on_changing_friction(diagnosis: Diagnosis) -> str:
     if all(effect.family != OVER_TIME for effect in diagnosis.model.effects):
         return ""
     return (
-        ". By the model found friction changes with time or travel: behind the arrow they tell that"
-        " change too, and the fitted value is that of the end"
+        ". The model found lets friction change with time or travel: the figures after the arrow contain"
+        " that change, and the fitted value is that of the end"
     )
 
 

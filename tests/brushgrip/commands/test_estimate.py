@@ -375,9 +375,13 @@ def test_a_load_that_never_changes_is_no_measured_one(
 def test_says_what_a_model_gives(estimate: Run, simulated: Path) -> None:
     write_model(basis={"training": 1, "holdout": 0, "grades": {}})
 
-    assert estimate(simulated, "--model", "model.json").out.startswith(
+    told = estimate(simulated, "--model", "model.json").out
+    assert told.startswith(
         "From model.json: k = 2.4·10⁶ N/m². It stands on 1 recording, nothing judged it."
     )
+    # Nobody is sent to find a model who has one.
+    or_find = "to narrow it, turn to and fro more often, or find what the model lacks"
+    assert (or_find in told, or_find in estimate(simulated, out="declared.csv").out) == (False, True)
 
 
 @pytest.mark.parametrize(

@@ -93,5 +93,5 @@ def test_figures_of_friction_that_changes_meanwhile_are_told_to_be_no_failure() 
     assert "time or travel" not in settling_and_coverage_table(outcome, diagnosis).caption
     drifting = replace(diagnosis, model=Model(effects=effects_named(["friction_drift"])))
     assert settling_and_coverage_table(outcome, drifting).caption.endswith(
-        "behind the arrow they tell that change too, and the fitted value is that of the end"
+        "the figures after the arrow contain that change, and the fitted value is that of the end"
     )
