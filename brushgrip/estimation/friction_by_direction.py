@@ -42,7 +42,7 @@ def friction_of_directions(
     # The zero of the angle may jump where it is implausible.
     left_out = estimates.status & Status.IMPLAUSIBLE != 0
     steps = np.where(left_out[1:] | left_out[:-1], 0.0, np.diff(psi))
-    side = aligning.directions(np.cumsum([0.0, *steps]), M_z)
+    side = aligning.directions(estimates.t, np.cumsum([0.0, *steps]), M_z)
     for way, sign in DIRECTIONS.items():
         loads = (side == sign) & (-sign * estimates.M_z_predicted > estimates.M_slide / 2)
         usable = loads & estimates.usable

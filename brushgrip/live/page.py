@@ -4,6 +4,7 @@ By a Bokeh server: it runs in this process, streams new points alone, and needs 
 """
 
 import socket
+import time
 from collections.abc import Callable
 from html import escape
 from importlib import import_module
@@ -21,6 +22,8 @@ from symbolic import InvalidInputError
 
 PERIOD = 50
 """Between updates [ms]."""
+PATIENCE = 2.0
+"""Time for which a browser may show nothing of an update before it is sent the next one [s]."""
 GRID = 0.01
 """Between points in the pictures [s]; at higher rates they show some of the samples."""
 SHOWN = 3_000
@@ -56,6 +59,7 @@ class LiveView:
         """Begin with what is still in memory."""
         models = import_module("bokeh.models")
         self._session, self._at, self._stretch, self.newest = session, 0, 0.0, -np.inf
+        self._patience, self._again = PATIENCE, -np.inf
         style = STYLE.read_text("utf-8")
         self.points = models.ColumnDataSource({name: [] for name in COLUMNS})
         self.words = models.Div(stylesheets=[style], sizing_mode="stretch_width")
@@ -74,8 +78,12 @@ class LiveView:
 
     def update(self) -> None:
         """Bring words and pictures up to date, once the browser shows the last ones."""
-        if self.sent.text != self.sent.name:
+        now, shows = time.monotonic(), self.sent.text == self.sent.name
+        if not shows and now < self._again:
             return
+        # What a connection that broke has lost is sent again, more and more seldom to a slow browser.
+        self._patience = PATIENCE if shows else 2 * self._patience
+        self._again = now + self._patience
         state = self._session.state()
         new = self._session.ring.since(max(self._at, self._session.ring.end - 20 * SHOWN))
         self._at = new.end

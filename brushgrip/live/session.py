@@ -69,7 +69,7 @@ class Session:
         self._threads: list[threading.Thread] = []
         self._stretch, self._done, self._came, self._looked = 0, -np.inf, -np.inf, 0.0
         self._t, self._fault, self._implausible, self._ended = nan, "", "", False
-        self._remarks, self._is_interrupted = "", False
+        self._remarks, self._crash, self._is_interrupted = "", "", False
         self._newest: Estimate | None = None
         self._measured, self._last_usable, self._estimating = -np.inf, LastUsable(), False
 
@@ -127,10 +127,11 @@ class Session:
         return self._ended and (self._is_interrupted or not self._waiting)
 
     def _words(self, estimate: Estimate | None, age: float, *, stops: bool) -> str:
-        parts = [self._fault, self._implausible]
+        parts = [self._crash or self._fault, self._implausible]
         if self._is_over:
             why = "stopped" if self._is_interrupted else "the source has ended"
-            parts.append(f"{why}: {self._last_usable.told}")
+            told = self._last_usable.told
+            parts.append(told if self._crash else f"{why}: {told}")
         elif age >= OLD:
             none = "compiling the observer" if self._estimating else "no sample has come yet"
             old = f"{age:.1f} s behind the source" if self._waiting else f"no sample for {age:.0f} s"
@@ -194,10 +195,10 @@ class Session:
                     listener(self.state())
         except Exception as error:
             # Said on every page, and no estimate is usable any more.
-            self._fault, self._came, self._ended = f"stopped: {error}", -np.inf, True
+            self._crash, self._came = f"stopped by an error: {error}", -np.inf
             raise
         finally:
-            self._is_interrupted, self._ended = not self._ended, True
+            self._is_interrupted, self._ended = not self._ended or bool(self._crash), True
             self._end_recording()
             for listener in self._listeners:
                 listener(replace(self.state(), usable=False, ended=True))

@@ -117,7 +117,7 @@ def _doubt_of_stiffness(
             f" {wrong}, as it may, it is {if_wrong[0]}."
         )
     doubt = (
-        f"Not sure until the {whole} is checked{', so specify nothing before' * (not told_else)}:"
+        f"Not sure until the {whole} is checked{', so specify nothing before then' * (not told_else)}:"
         f" {comes} out {ratio:.2f} times as stiff as declared{' at the farthest' * several}, and these"
         " recordings do not tell why."
     )

@@ -21,6 +21,7 @@ import numpy as np
 from observers.layout import Expression, Parts
 from observers.measurement.measurement_model import AligningTorque, Moments
 from observers.measurement.torque_error import is_known
+from observers.tuning import REFERENCE_STEP
 from symbolic.array_alias import Array
 
 OTHER = "log_mu_other"
@@ -38,6 +39,8 @@ WIDENING = 3.0
 """What a log-likelihood ratio of 1 adds to the walk of the direction that slides, in walks [1]."""
 SLOW_TURN = 0.1
 """Yaw rate up to which a walk is widened by the turn, not by the time [rad/s]: the usual one."""
+BETWEEN = 0.99 * REFERENCE_STEP
+"""Time since a torque up to which the next one is awaited, as torques may be the slower [s]."""
 CHANGING = 1.0
 """Log-likelihood ratio from which on friction that is changing is not usable [1]."""
 
@@ -77,7 +80,8 @@ class DirectionalFriction(AligningTorque):
         """As where friction has no direction, with the direction that loads the patch."""
         now, imputed = super().clean(sample, last)
         before, side = last[FOLLOWED], last[SIDE]
-        followed, side_next = self._direction(now["psi"], now["M_z"], before, side)
+        between = now["interval"] < BETWEEN
+        followed, side_next = self._direction(now["psi"], now["M_z"], between, before, side)
         exchanged = side_next * side < 0
         # At rest and without a torque nothing tells of a change, and none is assumed.
         turned = ca.fmin(now["interval"], now["travel"] / SLOW_TURN) * is_known(now["M_z"])
@@ -86,29 +90,32 @@ class DirectionalFriction(AligningTorque):
         own = {FOLLOWED: followed, SIDE: side_next, EXCHANGED: exchanged}
         return {**now, **own, WALKED: here, WALKED_OTHER: other}, imputed
 
-    def directions(self, psi: Array, M_z: Array) -> Array:
+    def directions(self, t: Array, psi: Array, M_z: Array) -> Array:
         """The direction whose friction mu is at every sample: 1 to positive psi, -1, 0 for none yet.
 
         Args:
+            t: time [s], shape (n,).
             psi: yaw angle [rad], shape (n,).
             M_z: aligning torque, NaN where none was measured [N m], shape (n,).
         """
-        last, now = ca.SX.sym("last", 2), ca.SX.sym("now", 2)
+        last, now = ca.SX.sym("last", 2), ca.SX.sym("now", 3)
         after = ca.vertcat(*self._direction(*ca.vertsplit(now), *ca.vertsplit(last)))
         follow = ca.Function("follow", [last, now], [after]).mapaccum(psi.size)
-        path = follow([psi[0], 0.0], np.stack([psi, M_z]))
+        since = t - np.maximum.accumulate(np.where(np.isfinite(M_z), t, t[0]))
+        path = follow([psi[0], 0.0], np.stack([psi, M_z, since < BETWEEN]))
         return np.array(path[1, :], dtype=float).ravel()
 
     def _direction(
-        self, psi: Expression, M_z: Expression, before: Expression, side: Expression
+        self, psi: Expression, M_z: Expression, between: Expression, before: Expression, side: Expression
     ) -> tuple[Expression, Expression]:
-        """The angle less play, and the direction, from those before."""
+        """The angle less play, and the direction, from those before; between torques it waits."""
         followed = ca.fmax(psi - self.slack, ca.fmin(psi + self.slack, before))
         way, known = ca.sign(followed - before), is_known(M_z)
         takes_over = way != 0
         if not self.at_reversal:
-            # Where the torque opposes its motion; at once where no torque is known.
-            opposed = ca.logic_or(ca.logic_not(known), way * ca.if_else(known, M_z, 0) < 0)
+            # Where the torque opposes its motion; at once where no torque has been known for long.
+            alone = ca.logic_not(ca.logic_or(known, between))
+            opposed = ca.logic_or(alone, way * ca.if_else(known, M_z, 0) < 0)
             takes_over = ca.logic_and(takes_over, opposed)
         return followed, ca.if_else(takes_over, way, side)
 

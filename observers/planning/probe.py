@@ -26,6 +26,7 @@ from observers.planning.plan import NEVER, REST, Plan, plan
 from observers.planning.plan_request import MUS, check_plan_request
 from observers.planning.steering_path import KINDS, PathPoint, SteeringLimits, SteeringPath, changed_path
 from observers.planning.stop_reasons import (
+    MAX_DEVIATION,
     VAGUE,
     foreseen_reason,
     irreducible_reason,
@@ -221,8 +222,9 @@ class Probe:
         assert self._first is not None
         if self._time >= self.limits.time:
             return time_over_reason(self._first, estimate, self.limits, self._farthest, within)
-        foreseen = foreseen_reason(self._first, estimate)
-        return "; ".join(filter(None, (within, foreseen))) if high - low < MIN_SWING else ""
+        if high - low >= MIN_SWING:
+            return ""
+        return "; ".join(filter(None, (within, foreseen_reason(self._first, estimate))))
 
     def _replan(self, sample: Sample, state: ObserverState) -> None:
         """Take the best of the present path and a few changes of it."""
@@ -257,6 +259,7 @@ class Probe:
         else:
             known = self._forecaster.observer.estimate(state)
             mean, std = np.log(known.mu), known.mu_std / known.mu
+        std = min(std, MAX_DEVIATION)
         sigmas = (0.0,) if std < VAGUE else (-1.0, 0.0, 1.0)
         low, high = min(self.mus), max(self.mus)
         likely = [min(max(exp(mean + sigma * std), low), high) for sigma in sigmas]

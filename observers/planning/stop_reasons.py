@@ -10,6 +10,8 @@ from observers.protocol import Estimate, Status
 
 VAGUE = 0.15
 """Deviation of ln mu below which one friction stands for all [1]."""
+MAX_DEVIATION = 5.0
+"""Deviation of ln mu within which all frictions are [1]."""
 AT_LIMIT = 0.95
 """Share of the limit of the angle from which on the wheel has come to it [1]."""
 
@@ -62,7 +64,9 @@ def time_over_reason(
     if deviation <= plan.target:
         lacks = "but moved by more than that lately" if estimate.usable else "but not usable"
         over = f"{over}, within {plan.target:.1%} {lacks}"
-    told = [over, held, foreseen_reason(plan, estimate)]
+    # A flag of the sensors goes first; that friction is being acquired is said better by the limits.
+    is_flagged = estimate.status & ~(Status.ACQUIRING | Status.BOUND)
+    told = [over, estimate.remedy if is_flagged else "", held, foreseen_reason(plan, estimate)]
     if not any(told[1:]):
         is_at_limit = farthest >= AT_LIMIT * limits.angle
         told += [
@@ -70,9 +74,6 @@ def time_over_reason(
             " or a wider target may do" if is_at_limit
             else "no limit but the time was met: more time or a wider target may do"
         ]  # fmt: skip
-    # That friction is being acquired is said better by the limits.
-    if estimate.status & ~(Status.ACQUIRING | Status.BOUND):
-        told.append(estimate.remedy)
     return "; ".join(filter(None, told))
 
 
@@ -84,7 +85,9 @@ def foreseen_reason(plan: Plan, estimate: Estimate) -> str:
     # At least those on either side of the estimate.
     low = max((one for one in plan.mus if one <= mu), default=min(plan.mus))
     high = min((one for one in plan.mus if one >= mu), default=max(plan.mus))
-    low, high = min(low, mu * exp(-2 * deviation)), max(high, mu * exp(2 * deviation))
+    # Of a deviation of all that may be, the exponential overflows.
+    reach = exp(2 * min(deviation, MAX_DEVIATION))
+    low, high = min(low, mu / reach), max(high, mu * reach)
     likely = (item for item in zip(unreached, plan.reasons, strict=True) if low <= item[0] <= high)
     _, reason = min(likely, key=lambda item: abs(log(item[0] / mu)), default=(mu, ""))
     return reason and f"as planned for {reason}"

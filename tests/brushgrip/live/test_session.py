@@ -361,7 +361,7 @@ def test_an_observer_that_fails_is_said(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr("threading.excepthook", lambda *_: None)
     session = session_over(rows_of(30))
     session.start()
-    wait_for(lambda: "stopped: oops" in session.state().status)
+    wait_for(lambda: "stopped by an error: oops; friction was" in session.state().status)
     session.stop()
 
     assert not session.state().usable

@@ -303,7 +303,7 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
     alone = replace(outcome, grounds={"": ("a", "b", "c")})
     unnamed = mail(diagnosis, alone)
     assert "reads too high, A. If the declared" in unnamed
-    assert "sure: Not sure until the rig is checked, so specify nothing before: the tyre" in unnamed
+    assert "sure: Not sure until the rig is checked, so specify nothing before then: the tyre" in unnamed
     other_ground = replace(tracks[0], name="d")
     two = replace(outcome, tracks=(*tracks, other_ground), grounds={**outcome.grounds, "snow": ("d",)})
     assert "anything from 0.69 to 3.42 on ice;" in mail(diagnosis, two), "snow has no band"

@@ -136,7 +136,7 @@ def test_a_model_with_an_asymmetry_changes_its_limit_where_the_angle_turns(
     assert (np.abs(M_z - found.M_z_predicted) > 0.04 * slide)[late].mean() < 0.03
     assert found.usable[late].mean() > 0.9
     np.testing.assert_allclose(found.mu_eff[at], way[at], rtol=0.03)
-    side = observer.measurement_model.directions(angle, M_z)
+    side = observer.measurement_model.directions(t, angle, M_z)
     np.testing.assert_array_equal(side[at], np.where(way == ratio, 1, -1)[at])
 
 
@@ -188,6 +188,18 @@ def test_directions_are_exchanged_where_the_torque_changes_sign() -> None:
     # Not by noise, not before the patch is unloaded; where no torque is known, at once.
     assert seen == [ahead, ahead, ahead, ahead, turned, turned, ahead]
     np.testing.assert_allclose(variance, np.array([0.01, 0.04]) + 7 * 0.01 * 0.2**2)
+
+
+def test_between_torques_that_come_more_slowly_the_direction_waits_for_the_next_one() -> None:
+    t, nan = np.arange(0.0, 0.08, 0.001), np.nan
+    psi = 0.05 - 2 * np.abs(t - 0.03)
+    # Full slide one way; after the wheel has turned back the torque changes its sign only at 60 ms.
+    M_z = np.where(np.arange(t.size) % 10 == 0, np.where(t < 0.0595, -2.0, 2.0), nan)
+    side = DirectionalFriction().directions(t, psi, M_z)
+    np.testing.assert_array_equal(side[10:], np.where(t < 0.0595, 1, -1)[10:])
+    # Without torques for longer than that it is exchanged where the angle turns back.
+    alone = DirectionalFriction().directions(t, psi, np.where(t < 0.015, M_z, nan))
+    assert alone[32] == -1
 
 
 @pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
