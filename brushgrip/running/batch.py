@@ -203,7 +203,6 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     told = [estimates_summary(estimates, noise, rates, cause, of_car=of_car, way=way), line]
     if task.budget and not task.smooth:
         budget = friction_budget(factory, recording, found, estimates)
-        # A model that was found is what a diagnosis gives.
         advised = ", or find what the model lacks (brushgrip diagnose)" * of_found
         told.append(band_parts(budget).replace(advised, ""))
     if at is None:
