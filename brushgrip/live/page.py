@@ -4,7 +4,6 @@ By a Bokeh server: it runs in this process, streams new points alone, and needs 
 """
 
 import socket
-import time
 from collections.abc import Callable
 from html import escape
 from importlib import import_module
@@ -22,8 +21,6 @@ from symbolic import InvalidInputError
 
 PERIOD = 50
 """Between updates [ms]."""
-PATIENCE = 2.0
-"""Time for which a browser may show nothing of an update before it is sent the next one [s]."""
 GRID = 0.01
 """Between points in the pictures [s]; at higher rates they show some of the samples."""
 SHOWN = 3_000
@@ -35,7 +32,15 @@ HEAD = """{% extends base %}{% block postamble %}
 <style>
 :root { color-scheme: light dark } body { margin: 0; background: #fff; color: #000 }
 @media (prefers-color-scheme: dark) { body { background: #000; color: #fff } }
-</style>{% endblock %}"""
+</style>
+<script>
+window.shown = Date.now()
+setInterval(() => {
+  if (Date.now() - window.shown > 5000) fetch(location.href).then(() => location.reload(), () => {})
+}, 2000)
+</script>{% endblock %}"""
+"""A page that has shown nothing new for 5 s is loaded anew where the program answers: after a broken
+connection, or while it lay in the background."""
 STYLE = Path(__file__).with_name("page.css")
 TURNED = """:host { overflow: hidden }
 @media (prefers-color-scheme: dark) { :host { filter: invert(1) hue-rotate(180deg) } }"""
@@ -43,7 +48,8 @@ TURNED = """:host { overflow: hidden }
 CUT_OFF = '<span class="cut-off">not usable: this page is cut off</span>'
 """In place of "usable" where the words are not replaced for a second, by an animation of the style: of
 what runs no more, or cannot be reached, nothing else would say so."""
-SHOWN_BY_BROWSER = "requestAnimationFrame(() => setTimeout(() => { sent.text = sent.name }))"
+SHOWN_BY_BROWSER = """
+requestAnimationFrame(() => setTimeout(() => { sent.text = sent.name; window.shown = Date.now() }))"""
 """The browser says, once it is drawn, which update it shows: a slow one gets no other before, or it
 would show what is long past from a queue."""
 COLUMNS = (
@@ -59,7 +65,6 @@ class LiveView:
         """Begin with what is still in memory."""
         models = import_module("bokeh.models")
         self._session, self._at, self._stretch, self.newest = session, 0, 0.0, -np.inf
-        self._patience, self._again = PATIENCE, -np.inf
         style = STYLE.read_text("utf-8")
         self.points = models.ColumnDataSource({name: [] for name in COLUMNS})
         self.words = models.Div(stylesheets=[style], sizing_mode="stretch_width")
@@ -78,12 +83,8 @@ class LiveView:
 
     def update(self) -> None:
         """Bring words and pictures up to date, once the browser shows the last ones."""
-        now, shows = time.monotonic(), self.sent.text == self.sent.name
-        if not shows and now < self._again:
+        if self.sent.text != self.sent.name:
             return
-        # What a connection that broke has lost is sent again, more and more seldom to a slow browser.
-        self._patience = PATIENCE if shows else 2 * self._patience
-        self._again = now + self._patience
         state = self._session.state()
         new = self._session.ring.since(max(self._at, self._session.ring.end - 20 * SHOWN))
         self._at = new.end

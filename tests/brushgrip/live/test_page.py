@@ -55,22 +55,6 @@ def test_a_view_shows_the_newest_point_to_the_last_digit() -> None:
     assert [type(m).__name__ for m in view.layout().children] == ["Div", "figure", "figure", "Button"]
 
 
-def test_what_a_broken_connection_lost_is_sent_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    now = [0.0]
-    monkeypatch.setattr("brushgrip.live.page.time.monotonic", lambda: now[0])
-    view, sent = LiveView(session_of("udp:5005")), []
-    for now[0] in np.arange(0.0, 20.0, 0.05):
-        view.update()
-        sent.append(view.sent.name)
-
-    # After 2 s, after 4 s more, after 8 s more: a browser that is merely slow does not fall behind.
-    changes = 0.05 * (1 + np.flatnonzero(np.array(sent[1:]) != np.array(sent[:-1])))
-    np.testing.assert_allclose(changes, [2.0, 6.0, 14.0], atol=0.06)
-    view.sent.text = view.sent.name
-    view.update()
-    assert view.sent.name == "5"
-
-
 def test_words_of_a_source_are_escaped() -> None:
     state = state_of(status="<script>alert(1)</script>", advice="<b>", counts={"<i>": 1}, note="<u>")
     text = friction_html(state, ())
@@ -122,6 +106,27 @@ def test_a_slow_browser_calls_nothing_usable_that_is_long_past(
     ended = time.monotonic()
     wait_for(lambda: verdict.inner_text().strip() == "ended")
     assert time.monotonic() - ended < 6
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("page", ["0.4"], indirect=True)
+def test_a_page_whose_connection_broke_goes_on(
+    browser: Any, page: tuple[subprocess.Popen[bytes], str, Path]
+) -> None:
+    _, address, _ = page
+    wait_for(lambda: _answers(address))
+    shown = browser.new_page()
+    shown.add_init_script(
+        "const Own = WebSocket; window.own = [];"
+        "window.WebSocket = class extends Own { constructor(...a) { super(...a); own.push(this) } }"
+    )
+    shown.goto(address)
+    verdict, now = shown.locator(".verdict"), shown.locator(".now")
+    wait_for(lambda: verdict.inner_text().strip() == "usable")
+    broke = float(now.get_attribute("data-t"))
+    shown.evaluate("own.at(-1).close()")
+    wait_for(lambda: float(now.get_attribute("data-t")) > broke + 2)
+    wait_for(lambda: verdict.inner_text().strip() == "usable")
 
 
 @pytest.fixture
