@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from brushgrip.estimation.observe_recording import HOLD
 from brushgrip.live.adviser import STOP, Adviser
 from brushgrip.live.estimate_ring import EstimateRing, RingPoints
 from brushgrip.live.mapped_columns import Row, out_of_range
@@ -29,8 +30,6 @@ MAX_QUEUED_SAMPLES = 20_000
 """Samples that wait for the observer; of a source that cannot wait what comes then is lost."""
 AT_ONCE = 20
 """Samples between two looks at what else is to be done."""
-OLD = 0.5
-"""An estimate is not usable any more where its sample came so long ago [s]."""
 LOOKS = 1.0
 """Between looks at whether the columns are plausible [s]."""
 AGAIN = 1.0
@@ -104,14 +103,14 @@ class Session:
         estimate, age = self._newest, arrival_time() - self._came
         recorder, ended = self._recorder, self._is_over
         # Nobody turns any more, or no turning makes friction known.
-        idle = ended or age >= OLD or not self.plausible
+        idle = ended or age >= HOLD or not self.plausible
         idle |= estimate is not None and Status.INCONSISTENT in estimate.status
         advice = self._adviser.text if self._adviser and not idle else ""
         counts = {**self._counts, "late": self._clock.late, "wrong time": self._clock.wrong}
         return State(
             t=self._t,
             estimate=estimate,
-            usable=bool(estimate and estimate.usable and age < OLD and self.plausible),
+            usable=bool(estimate and estimate.usable and age < HOLD and self.plausible),
             status=self._words(estimate, age, stops=STOP in advice),
             advice=advice,
             counts={name: number for name, number in counts.items() if number},
@@ -132,7 +131,7 @@ class Session:
             why = "stopped" if self._is_interrupted else "the source has ended"
             told = self._last_usable.told
             parts.append(told if self._crash else f"{why}: {told}")
-        elif age >= OLD:
+        elif age >= HOLD:
             none = "compiling the observer" if self._estimating else "no sample has come yet"
             old = f"{age:.1f} s behind the source" if self._waiting else f"no sample for {age:.0f} s"
             parts.append(old if estimate else none)
@@ -242,7 +241,7 @@ class Session:
         self._last_usable.see(t, point.psi, estimate, usable=usable)
         if estimate.status != Status.MISSING:
             self._measured = t
-        elif t - self._measured < OLD:
+        elif t - self._measured < HOLD:
             return
         self._newest, self._t = estimate, t
 

@@ -28,6 +28,10 @@ OVERVIEW_WIDTH = 4.2
 """Width of the overview, so that its letters can be read on a telephone [in]."""
 
 
+BESIDE = 0.02
+"""Distance between the bars of recordings in the overview, over the duration [1]."""
+
+
 class LineStyle(NamedTuple):
     """How a track is drawn.
 
@@ -110,8 +114,8 @@ def draw_overview(
         panels = figure.subplots(len(grounds), 1, squeeze=False, sharex=True)[:, 0]
         for axes, (ground, tracks) in zip(panels, grounds, strict=True):
             named = len(tracks) <= len(RECORDINGS)
-            for track in tracks:
-                _overview_line(axes, track, next(colours))
+            for place, track in enumerate(tracks):
+                _overview_line(axes, track, next(colours), place)
             if ground or not named:
                 count = "" if named else f", {len(tracks)} recordings"
                 axes.set_title(matplotlib_text(ground or "all grounds") + count)
@@ -127,11 +131,21 @@ def draw_overview(
         panels[-1].set_xlabel("time since the beginning [s]")
 
 
-def _overview_line(axes: Axes, track: FrictionTrack, colour: str) -> None:
+def _overview_line(axes: Axes, track: FrictionTrack, colour: str, place: int) -> None:
     t, at = track.t - track.t[0], track.last_usable
     if at is not None:
         half = BAND_STDS * track.mu_std[at]
-        axes.errorbar(t[at], track.mu[at], half, fmt="o", ms=4, color=colour, lw=1.3, capsize=3)
+        # Beside one another where recordings end together.
+        axes.errorbar(
+            t[at] + place * BESIDE * t[-1],
+            track.mu[at],
+            half,
+            fmt="o",
+            ms=4,
+            color=colour,
+            lw=1.3,
+            capsize=3,
+        )
     # Before the first usable sample a line tells nothing.
     shown = np.where(np.logical_or.accumulate(track.usable), track.mu, np.nan)
     axes.plot(t, shown if track.usable.any() else track.mu, color=colour, lw=1.3, alpha=0.45)

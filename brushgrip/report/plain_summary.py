@@ -201,10 +201,8 @@ def _weaker(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     found = found_model(diagnosis)
     told: dict[str, list[str]] = {}
     for ground in outcome.grounds:
-        less = weaker_direction_share_and_note(found.values_for_estimation(ground or None))[1].partition(
-            ":"
-        )[0]
-        told.setdefault(less, []).append(ground)
+        _, note = weaker_direction_share_and_note(found.values_for_estimation(ground or None))
+        told.setdefault(note.partition(":")[0], []).append(ground)
     told.pop("", None)
     parts = [f"{less}{f' on {listed(grounds)}' * (len(told) > 1)}" for less, grounds in told.items()]
     line = (

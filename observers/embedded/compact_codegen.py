@@ -75,10 +75,8 @@ def compact_patch(observer: FunctionObserver, real: Real, tunable: Tunable = "")
 def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> ObserverBody:
     """The part of generated code that differs between observers."""
     observer, real, model = patch.observer, patch.real, patch.observer.measurement_model
-    constants, name = (
-        ConstantSubstitution(observer, terms["tunable"], theta=range(len(DECLARED))),
-        terms["name"],
-    )
+    constants = ConstantSubstitution(observer, terms["tunable"], theta=range(len(DECLARED)))
+    name = terms["name"]
     estimator = ESTIMATORS[type(observer)](patch, constants)
     values = {
         **terms, **patch.terms, "clean": len(CLEAN), "counts": len(COUNTS),

@@ -20,7 +20,7 @@ import numpy as np
 
 from observers.layout import Expression, Parts
 from observers.measurement.measurement_model import AligningTorque, Moments
-from observers.measurement.torque_error import is_known
+from observers.measurement.torque_error import JITTER, is_known
 from observers.tuning import REFERENCE_STEP
 from symbolic.array_alias import Array
 
@@ -39,7 +39,7 @@ WIDENING = 3.0
 """What a log-likelihood ratio of 1 adds to the walk of the direction that slides, in walks [1]."""
 SLOW_TURN = 0.1
 """Yaw rate up to which a walk is widened by the turn, not by the time [rad/s]: the usual one."""
-BETWEEN = 0.99 * REFERENCE_STEP
+BETWEEN = JITTER * REFERENCE_STEP
 """Time since a torque up to which the next one is awaited, as torques may be the slower [s]."""
 CHANGING = 1.0
 """Log-likelihood ratio from which on friction that is changing is not usable [1]."""

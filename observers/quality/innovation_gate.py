@@ -17,6 +17,7 @@ from observers.layout import Expression, named, outputs_of, symbols, symbols_lik
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.linearisation import build_linearised_measurement, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
+from observers.measurement.torque_error import JITTER
 from observers.quality.friction_change_detection import (
     AT_REST,
     STROKE_CHANGE,
@@ -32,9 +33,6 @@ from symbolic.casadi_functions import named_function
 
 COUNTS = ("streak", "resets")
 """Innovations beyond the gate in a row, with the sign of their side; changes of the ground so far."""
-
-JITTER = 0.99
-"""A step shorter by less than this is no shorter [1]."""
 
 
 @cache

@@ -80,11 +80,9 @@ def test_a_page_whose_process_is_gone_or_hangs_calls_nothing_usable(
     browser: Any, page: tuple[subprocess.Popen[bytes], str, Path], end: signal.Signals
 ) -> None:
     process, address, _ = page
-    wait_for(lambda: _answers(address))
     shown = browser.new_page()
     shown.goto(address)
-    verdict = shown.locator(".verdict")
-    wait_for(lambda: verdict.inner_text().strip() == "usable")
+    verdict = _verdict_once_usable(shown)
     process.send_signal(end)
     wait_for(lambda: verdict.inner_text().strip() == "not usable: this page is cut off")
 
@@ -95,13 +93,11 @@ def test_a_slow_browser_calls_nothing_usable_that_is_long_past(
     browser: Any, page: tuple[subprocess.Popen[bytes], str, Path]
 ) -> None:
     _, address, _ = page
-    wait_for(lambda: _answers(address))
     desk, phone = browser.new_page(), browser.new_page(viewport={"width": 390, "height": 844})
     desk.goto(address)
     phone.goto(address)
     phone.context.new_cdp_session(phone).send("Emulation.setCPUThrottlingRate", {"rate": 6})
-    verdict = phone.locator(".verdict")
-    wait_for(lambda: verdict.inner_text().strip() == "usable")
+    verdict = _verdict_once_usable(phone)
     desk.locator(".ended").wait_for(timeout=60_000)
     ended = time.monotonic()
     wait_for(lambda: verdict.inner_text().strip() == "ended")
@@ -114,19 +110,18 @@ def test_a_page_whose_connection_broke_goes_on(
     browser: Any, page: tuple[subprocess.Popen[bytes], str, Path]
 ) -> None:
     _, address, _ = page
-    wait_for(lambda: _answers(address))
     shown = browser.new_page()
     shown.add_init_script(
         "const Own = WebSocket; window.own = [];"
         "window.WebSocket = class extends Own { constructor(...a) { super(...a); own.push(this) } }"
     )
     shown.goto(address)
-    verdict, now = shown.locator(".verdict"), shown.locator(".now")
-    wait_for(lambda: verdict.inner_text().strip() == "usable")
+    _verdict_once_usable(shown)
+    now = shown.locator(".now")
     broke = float(now.get_attribute("data-t"))
     shown.evaluate("own.at(-1).close()")
     wait_for(lambda: float(now.get_attribute("data-t")) > broke + 2)
-    wait_for(lambda: verdict.inner_text().strip() == "usable")
+    _verdict_once_usable(shown)
 
 
 @pytest.fixture
@@ -154,6 +149,7 @@ def page(
     options = ["--speed", getattr(request, "param", "20"), "--port", str(port), "--record", out]
     process = subprocess.Popen([*command, *options], stdout=subprocess.DEVNULL)
     try:
+        wait_for(lambda: _answers(port))
         yield process, f"http://127.0.0.1:{port}/", out
     finally:
         process.kill()
@@ -166,7 +162,6 @@ def test_a_browser_shows_what_estimate_says_of_the_recording(
     browser: Any, page: tuple[subprocess.Popen[bytes], str, Path], scheme: str
 ) -> None:
     process, address, out = page
-    wait_for(lambda: _answers(address))
     phone = browser.new_page(viewport={"width": 390, "height": 844}, color_scheme=scheme)
     asked: list[str] = []
     phone.on("request", lambda request: asked.append(request.url))
@@ -193,7 +188,12 @@ def test_a_browser_shows_what_estimate_says_of_the_recording(
     assert all(url.startswith((address, "data:", "blob:")) for url in asked)
 
 
-def _answers(address: str) -> bool:
-    host, port = address.removeprefix("http://").rstrip("/").split(":")
+def _answers(port: int) -> bool:
     with socket.socket() as probe:
-        return probe.connect_ex((host, int(port))) == 0
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
+def _verdict_once_usable(shown: Any) -> Any:
+    verdict = shown.locator(".verdict")
+    wait_for(lambda: verdict.inner_text().strip() == "usable")
+    return verdict

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from brushgrip.estimation.observe_recording import HOLD
 from brushgrip.live.adviser import Adviser
 from brushgrip.live.row_estimation import Point, WheelRowEstimator
-from brushgrip.live.session import OLD, Session
+from brushgrip.live.session import Session
 from brushgrip.live.session_state_in_words import LastUsable, state_line, usability_of
 from brushgrip.live.timestamp_filter import TimestampFilter, arrival_time
 from observers import Ekf, Estimate, Status, SteeringLimits
@@ -233,7 +234,7 @@ def test_a_torque_of_the_other_sign_is_told_with_the_sign_that_is_expected() -> 
 
 
 def test_an_old_estimate_is_not_usable() -> None:
-    for age, usable in ((0.9 * OLD, True), (1.1 * OLD, False)):
+    for age, usable in ((0.9 * HOLD, True), (1.1 * HOLD, False)):
         session = session_of("udp:5005")
         store(session, KNOWN, age=age)
         assert session.state().usable is usable
@@ -437,7 +438,7 @@ def test_between_torques_the_last_one_says_what_is_usable() -> None:
         usable.append(session.state().usable)
 
     # Half a second after the last torque nothing is usable any more.
-    assert usable == [0.01 * step - 0.9 < OLD for step in range(200)]
+    assert usable == [0.01 * step - 0.9 < HOLD for step in range(200)]
     assert session.state().counts == {"without a torque": 190, "usable": 10}
 
 
