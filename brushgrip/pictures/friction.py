@@ -124,7 +124,7 @@ def draw_overview(
                 middle, half = bands[ground]
                 axes.axhspan(middle - half, middle + half, color=QUIET, alpha=0.35, lw=0, zorder=0.5)
                 axes.axhline(middle, color=MEASURED, lw=1.0, ls=CHANGE, zorder=1.5)
-            axes.margins(x=0.01)
+            axes.margins(x=0.03)
             if named:
                 axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, handlelength=1.2)
         panels[-1].set_xlim(left=0)
