@@ -8,11 +8,14 @@ A live estimation without its page: the session of ``brushgrip live`` replays an
     python examples/live_session.py [PICTURE.png]
 
 The replay waits for no clock. The model is what `find_the_missing_effect.py` finds on other recordings
-of the same rig, rounded. :doc:`/start/live` tells the rest; the page that is shown there, on the same
-recording with the model of ``make demo``:
+of the same rig, rounded. :doc:`/start/live` tells the rest, and shows the page on this recording, with
+the model of ``make demo`` and its error, which is less than the one assumed here:
 
 .. image:: /start/live.gif
+   :align: center
    :alt: The page of a live estimation
+
+And what this script draws:
 """
 
 import sys
@@ -26,6 +29,7 @@ from brushgrip.live.estimate_ring import RingPoints
 from brushgrip.live.session import Session
 from brushgrip.live.session_setup import source_and_estimator
 from brushgrip.live.session_state_in_words import state_line
+from brushgrip.pictures.friction import OVERVIEW_WIDTH
 from brushgrip.pictures.style import AFTER, QUIET, picture
 from identification.loop_plot import draw_loops
 from observers import AligningTorque, Ekf
@@ -58,8 +62,8 @@ def draw(path: Path, points: RingPoints) -> None:
     """Friction with its band over time, the torque over the angle."""
     t, mu, reach = points.t, points.of("mu_eff"), 2 * points.of("mu_eff_std")
     usable = points.of("usable") == 1
-    with picture(path, 3.6) as figure:
-        friction, torque = figure.subplots(1, 2)
+    with picture(path, 6.4, OVERVIEW_WIDTH) as figure:
+        friction, torque = figure.subplots(2, 1)
         for shown, colour, label in ((~usable, QUIET, "not usable"), (usable, AFTER, "usable")):
             friction.plot(t, np.where(shown, mu, np.nan), color=colour, lw=1.8, label=label)
             low, high = np.maximum(mu - reach, 0), mu + reach
