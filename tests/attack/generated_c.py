@@ -45,8 +45,8 @@ SANE = 1000
 PATIENCE = 12
 """How often these are given before the estimate has to be back."""
 MU, NEAR = 0.9, 0.1
-FREQUENCIES = (0.35, 0.1)
-"""Of the turning to and fro [Hz]."""
+FREQUENCIES = (0.4, 0.1)
+"""Of the turning to and fro, whole periods in `SANE` samples [Hz]."""
 MODELS = {
     "declared": DECLARED, "torsion_rate": EFFECTS, "torsion_creep": FOUND, "measured_run": MEASURED_RUN
 }  # fmt: skip
