@@ -78,6 +78,18 @@ def test_a_hypothesis_is_linear_least_squares() -> None:
     assert variance_of(found, "zero", given=("gain",)) == pytest.approx(given_gain, rel=1e-9)
 
 
+def test_a_twist_that_moves_no_torque_any_more_leaves_the_zero_known() -> None:
+    names = hypothesis_fields(gear=False)
+    of = {"gain": 1.0, "D_gain": 0.01, "D_zero": 1.0, "D_twist": 0.25}
+    part: Any = [of.get(name, 0.0) for name in names]
+    for sign in (1, -1) * 500:
+        part = build_one_hypothesis_update()(part, 5.0 * sign, 5.0 * sign + 2e-3, 5.0 * sign, 0.1, 1.0)
+    found = dict(zip(names, np.array(part).ravel(), strict=True))
+
+    assert variance_of(found, "zero") < 0.1
+    assert found["left"] < 0.1
+
+
 def path() -> Array:
     """Angles with reversals inside reversals, no more turning points than are remembered [rad]."""
     ends = [0.0, 0.3, -0.25, 0.1, 0.35, -0.1]
