@@ -31,7 +31,7 @@ CHECKS = {
     " again; if something had to be repaired, record again: every figure here may change. If"
     " the rig proves right and the declared stiffness was guessed or is another tyre's, declare the one"
     " found (k under [tyre] in the rig file), which settles it. If rig and declared stiffness both prove"
-    " right, it stays open, and further recordings may tell why",
+    " right, all figures stay provisional until further recordings tell why the fitted one differs",
     True: "check the force's unit and motor_ratio: steer from lock to lock on ground of known friction,"
     " which gives scale and stiffness (brushgrip identify --lock-to-lock)",
 }
@@ -168,7 +168,7 @@ def what_experiments_separate(diagnosis: Diagnosis) -> str:
     proposed = proposed_recordings(diagnosis)
     pairs = [
         f"{effect_words(e.name)} from {OF_ZERO.get(p.rival, effect_words(p.rival))}"
-        f" ({at}, {p.manoeuvre.seconds * (p.times or 1):.0f} s)"
+        f" (recording {at}, {p.manoeuvre.seconds * (p.times or 1):.0f} s)"
         for at, (e, p) in proposed.items()
     ]
     more = any(set(e.indistinguishable_from) - {p.rival} for e, p in proposed.values())

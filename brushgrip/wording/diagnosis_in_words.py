@@ -150,6 +150,16 @@ def explained_grade(effect: FoundEffect) -> str:
             return f"{fall}, and no other effect with as few parameters does as well."
 
 
+def part_shown(diagnosis: Diagnosis, count: int, otherwise: str) -> str:
+    """Which recordings a picture has room for, in a sentence; empty where it shows all.
+
+    `otherwise` go first where none is held out.
+    """
+    first = "those for validation" if diagnosis.holdout else otherwise
+    told = f" There is room for {count} of {len(diagnosis.series)} recordings (chosen first: {first})."
+    return told * (count < len(diagnosis.series))
+
+
 def proposed_recordings(diagnosis: Diagnosis) -> dict[str, tuple[FoundEffect, Proposal]]:
     """Recordings that would tell an effect from a rival, by letters."""
     pairs = [(e, e.experiment) for e in diagnosis.effects if e.experiment and e.experiment.feasible]
