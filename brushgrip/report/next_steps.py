@@ -85,7 +85,7 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
         steps.append(f"make more recordings, which settle whether {listed(weak)} is there")
     where = f"at the rig{', on the same visit' * bool(stiffness_cases(diagnosis))}"
     to_declare = [
-        f"{where}, measure {listed(names)}, and declare their tolerances, which are assumed so far"
+        f"{where}, measure {listed(names)}, and declare their tolerances"
         f"{_at_best(outcome, *{PART_OF_BAND.get(name, '') for name in names})}"
         for note in diagnosis.notes
         if note.startswith(ASSUMED) and (names := _assumed_values(diagnosis, note))

@@ -184,8 +184,8 @@ def _correlation(signature: SignalCorrelation) -> str:
 def candidates_table(diagnosis: Diagnosis) -> ReportTable:
     """Every candidate's first step."""
     return ReportTable(
-        caption="Candidates, each alone in the refitted model, as ranked: fitted coarsely, to thinned"
-        " recordings, so that figures under “Effects found” differ; error in % of range",
+        caption="Candidates as ranked: fitted coarsely, to thinned recordings, so that figures under"
+        " “Effects found” differ; error in % of range",
         headings=(
             "effect",
             "description",

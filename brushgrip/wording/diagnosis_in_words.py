@@ -137,8 +137,8 @@ def explained_grade(effect: FoundEffect) -> str:
             if effect.at_bound:
                 return f"Its best value is at the allowed limit: {UNPROVEN}."
             return (
-                "It improves the model, but by too little beside what remains unexplained: it may make"
-                f" up for a flaw of another effect, {UNPROVEN}."
+                "Its gain is too small beside what remains unexplained: it may make up for a flaw of"
+                f" another effect, {UNPROVEN}."
             )
         case "weak":
             return _why_weak(effect)

@@ -164,8 +164,8 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     ]
     clear = replace(graded, unexplained=replace(graded.unexplained, present=False))
     assert next_steps(clear, known)[0].startswith(
-        "record what stands under “Next recording”, which tells carcass torsion from patch width (recording"
-        " A, "
+        "record what stands under “Next recording”, which tells carcass torsion from patch width ("
+        "recording A, "
     )
     nothing = replace(clear, effects=())
     assert next_steps(nothing, known) == ["nothing; no further recording is needed to find the model"]
@@ -350,11 +350,11 @@ def test_what_measuring_brings_is_of_what_is_measured_and_of_its_ground() -> Non
     for value, brought in (
         (
             "load ± 2 %",
-            "load, and declare their tolerances, which are assumed so far; that lowers ± 0.10 to",
+            "load, and declare their tolerances; that lowers ± 0.10 to",
         ),
         (
             "tread stiffness k ± 20 %",
-            "tread stiffness k, and declare their tolerances, which are assumed so far",
+            "tread stiffness k, and declare their tolerances",
         ),
     ):
         diagnosis = replace(make_diagnosis(), notes=(f"{ASSUMED}: {value}",))
