@@ -280,8 +280,10 @@ def error_to_quote(diagnosis: Diagnosis) -> str:
     figure = "holdout_torque_nrmse_unrefitted" if bare else judging
     stages = [diagnosis.declared, diagnosis.before, *[diagnosis.after] * bool(diagnosis.effects)]
     assumed, refitted, *found = [percent(errors.summary()[figure]) for errors in stages]
-    told = f"The calculated torque is off by {assumed} of its range by the assumed model as given, by"
-    told += f" {refitted} if only its stiffness k is fitted"
+    first = f"{assumed} of its range by the assumed model as given, by {refitted}"
+    if assumed == percent(None):  # Nothing was fitted that a recording could be left out of.
+        first = f"{refitted} of its range by the assumed model"
+    told = f"The calculated torque is off by {first} with only its stiffness k fitted"
     told += "".join(f", by {one} by the model found" for one in found)
     fitted = "" if bare else f", with {adjusted_values(diagnosis)}, fitted to each"
     return f"{told}, in {judged}{fitted}.{_noise_to_compare(diagnosis.unexplained.evidence)}"

@@ -161,7 +161,7 @@ def test_the_first_screen_says_what_friction_is() -> None:
     assert "Valid for: A wheel that stands still" in first
     assert "not for driving speed" in first
     assert "in 1 recording to which no shared value was fitted, but by" in first
-    assert "by 4.30 % if only its stiffness k is fitted, by 2.37 % by the model found, in" in first
+    assert "by 4.30 % with only its stiffness k fitted, by 2.37 % by the model found, in" in first
     assert (
         "friction and torque offset, and lengths and load within their tolerances, fitted to each"
         in first

@@ -85,6 +85,11 @@ def test_the_assumed_model_has_its_own_error_where_nothing_was_found() -> None:
     declared = percent(diagnosis.declared.summary()["holdout_torque_nrmse"])
     assert f" off by {declared} of its range by the assumed model as given, by 4" in first
     assert "by the model found" not in first
+    left_out = make_diagnosis(("a", "b"), ())
+    left_out = replace(left_out, declared=replace(left_out.declared, left_out={}))
+    assert error_to_quote(left_out).startswith(
+        "The calculated torque is off by 4.05 % of its range by the assumed model with only its"
+    )
 
 
 @pytest.mark.parametrize(
