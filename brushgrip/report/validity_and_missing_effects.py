@@ -285,13 +285,9 @@ def error_to_quote(diagnosis: Diagnosis) -> str:
         first = f"{refitted} of its range by the assumed model"
     told = f"The calculated torque is off by {first} with only its stiffness k fitted"
     told += "".join(f", by {one} by the model found" for one in found)
-    fitted = "" if bare else f", with {adjusted_values(diagnosis)}, fitted to each"
-    return f"{told}, in {judged}{fitted}.{_noise_to_compare(diagnosis.unexplained.evidence)}"
-
-
-def _noise_to_compare(evidence: str) -> str:
-    """What noise would make of an error, by the evidence on the residual; empty where it is silent."""
-    if "no white noise" in evidence:
-        return " Noise of the torque makes almost none of that."
-    known = evidence.partition("white noise of the torque channel about ")[2].partition("%")[0]
-    return f" Noise of the torque alone would make about {known} %." * bool(known)
+    values = f"{adjusted_values(diagnosis)}, fitted to each"
+    if not bare:
+        return f"{told}, in {judged}, with {values}."
+    left = percent(stages[-1].summary()[judging])
+    rest = f"With {values}, {left} is left: the rest does not repeat from recording to recording."
+    return f"{told}, in {judged}. {rest}"

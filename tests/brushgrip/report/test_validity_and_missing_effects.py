@@ -142,16 +142,11 @@ def test_what_belongs_to_a_recording_is_not_said_to_be_used_by_estimate() -> Non
     assert "estimate with model.json does not use it." in one
 
 
-@pytest.mark.parametrize(
-    ("evidence", "told"),
-    [
-        ("; white noise of the torque channel about 0.40%; 0.1", "alone would make about 0.40 %."),
-        ("no white noise (the torque is smooth, as a filter", "makes almost none of that."),
-    ],
-)
-def test_an_error_is_compared_with_noise(evidence: str, told: str) -> None:
+def test_what_is_left_where_everything_of_a_recording_is_fitted_is_told() -> None:
     diagnosis = make_diagnosis()
-    left = replace(diagnosis.unexplained, evidence=evidence)
+    bare = replace(diagnosis.after, unrefitted=diagnosis.after.nrmse)
+    left = percent(diagnosis.after.summary()["holdout_torque_nrmse"])
 
-    assert error_to_quote(replace(diagnosis, unexplained=left)).endswith(f" Noise of the torque {told}")
-    assert "Noise" not in error_to_quote(diagnosis)
+    told = error_to_quote(replace(diagnosis, after=bare))
+    assert f", fitted to each, {left} is left: the rest does not repeat from recording to record" in told
+    assert "is left" not in error_to_quote(diagnosis)
