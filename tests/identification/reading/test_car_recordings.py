@@ -80,6 +80,13 @@ def test_samples_one_by_one_are_those_of_the_recording(tmp_path: Path) -> None:
     assert sample_of(T[-1] + 0.01, RACK[-1], FORCE[-1]).dt == pytest.approx(0.01)
 
 
+def test_the_geometry_is_worked_out_once_for_all_samples(monkeypatch: pytest.MonkeyPatch) -> None:
+    sample_of = RackSampler(CAR)
+    sample_of(0.0, 0.0, 0.0)
+    monkeypatch.setattr("symbolic.vehicle.contact_about_kingpin.standing_point", None)
+    assert sample_of(0.001, 0.01, -1000.0).M_z == pytest.approx(0.125 / 2 * 1000.0)
+
+
 def test_from_torsion_bar_and_motor(tmp_path: Path) -> None:
     car = declared_vehicle(**MOTOR, torsion_bar=100.0)
     bar = 0.2 * np.sign(FORCE)
