@@ -12,7 +12,7 @@ from observers.layout import symbols
 from symbolic.casadi_functions import named_function
 from symbolic.compilation.scalar_c import c_function
 from symbolic.vehicle.mean_wheel import wheel_of_rack
-from symbolic.vehicle.steering import rack_force, rack_position
+from symbolic.vehicle.steering import pinion_angle, rack_force, rack_position
 from symbolic.vehicle.vehicle import Vehicle
 
 
@@ -29,6 +29,8 @@ def generate_vehicle(vehicle: Vehicle, folder: str | Path, real: Real, *, name: 
         The file.
     """
     written = [c_function(f.name(), f, real.c_type) for f in vehicle_functions(vehicle)]
+    if vehicle.rack_by_handwheel:
+        written.insert(0, "#include <stdbool.h>\n")
     terms = {
         "name": name, "NAME": name.upper(), "real": real.c_type, "generated": mark(),
         "functions": "\n".join(written), "load": real.literal(vehicle.wheel_load),
@@ -48,7 +50,8 @@ def vehicle_functions(vehicle: Vehicle) -> list[ca.Function]:
     of_handwheel = symbols(ca.SX, handwheel=1, T_bar=1, T_motor=1)
     handwheel, bar, motor = of_handwheel.values()
     psi, M_z = wheel_of_rack(vehicle, *of_rack.values(), brakes=vehicle.brakes)
-    way, force = rack_position(vehicle, handwheel, bar), rack_force(vehicle, bar, motor)
+    pinion = pinion_angle(vehicle, handwheel, bar)
+    way, force = rack_position(vehicle, handwheel, bar), rack_force(vehicle, bar, motor, pinion)
     return [
         named_function("wheel_of_rack", of_rack, {"psi": psi, "M_z": M_z}, cse=True),
         named_function("rack_of_handwheel", of_handwheel, {"rack": way, "force": force}, cse=True),

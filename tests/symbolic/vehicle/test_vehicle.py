@@ -18,6 +18,8 @@ from symbolic.vehicle.mean_wheel import (
     friction_uncertainties,
 )
 from symbolic.vehicle.steering import jacking_torque, lever, mean_angle, rack_force, rack_position
+from symbolic.vehicle.variable_ratio import pinion_of_rack, rack_of_pinion
+from tests.refusal import refused
 
 CAR = Vehicle(front_axle_load=8000.0, tyre_width=0.2, pressure=2.4e5, wheelbase=2.6, track=1.5)
 TABLE = {
@@ -197,6 +199,49 @@ def test_from_the_handwheel() -> None:
     # 10 mm of rack a radian of the pinion, which 2 N m twist by 0.02 rad.
     assert rack_position(car, 1.0, 2.0) == pytest.approx(0.01 * 0.98)
     assert rack_force(car, 2.0, 1.0) == pytest.approx((2.0 + 10.0) / 0.01)
+
+
+def test_a_ratio_that_varies() -> None:
+    pairs = ((1.0, 0.008), (2.0, 0.018), (4.0, 0.042))
+    car = replace(
+        CAR, rack_by_handwheel=pairs, torsion_bar=100.0, motor_ratio=20.0, motor_efficiency=0.5
+    )
+    angles = np.array([-7.0, -4.0, -1.5, -1e-3, 0.0, 1.0, 2.0, 3.0, 4.0, 4.1, 50.0])
+    ways, gains = rack_of_pinion(car, angles)
+
+    assert ways[[1, 4, 5, 6, 8]] == pytest.approx([-0.042, 0.0, 0.008, 0.018, 0.042])
+    # Straight on beyond the last pair, 12 mm a radian, and alike to the right.
+    assert ways[[0, 9, 10]] == pytest.approx([-0.078, 0.0432, 0.594])
+    assert gains[[0, 4, 8, 10]] == pytest.approx([0.012, 0.008, 0.012, 0.012])
+    step = (rack_of_pinion(car, angles + 1e-6)[0] - rack_of_pinion(car, angles - 1e-6)[0]) / 2e-6
+    assert gains == pytest.approx(step, rel=1e-4)
+    assert pinion_of_rack(car, ways) == pytest.approx(angles, abs=1e-6)
+    assert np.isnan(rack_of_pinion(car, np.array([np.nan]))).all()
+    assert rack_force(car, 2.4, 1.0, 5.0) == pytest.approx(2.4 / 0.012 + 10.0 / 0.008)
+    assert "angle of the pinion" in refused(rack_force, car, 2.0)
+    one = replace(CAR, rack_by_handwheel=((1.0, 0.01),))
+    assert rack_position(one, 3.0, 0.0) == pytest.approx(0.03)
+    assert one.rack_gain == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        ([[0.0, 0.0], [1.5, 0.012], [1.5, 0.02]], "rack_by_handwheel must have pairs of rad and m"),
+        ([[1.5, 0.012], [3.0, 0.011]], "1.5, 0.012"),
+        ([[1.5, 12.0]], "0.06 m/rad"),
+        ([[90.0, 0.012]], "0.00125 to"),
+        ([[float("inf"), float("inf")]], "rack_by_handwheel"),
+        ([[1.5, "wide"]], "rack_by_handwheel"),
+        ([[1.5, 0.012, 3]], "write [[rad, m], ...]"),
+        (15.0, "write [[rad, m], ...]"),
+    ],
+)
+def test_pairs_of_a_ratio_that_are_refused(entry: object, message: str) -> None:
+    table = {"vehicle": TABLE | {"rack_by_handwheel": entry}}
+    assert message in refused(vehicle_from_tables, table)
+    table["vehicle"]["steering_ratio"] = 15.0
+    assert "in place of steering_ratio" in refused(vehicle_from_tables, table)
 
 
 def test_a_leaning_kingpin_takes_part_of_the_torque() -> None:
