@@ -1,12 +1,6 @@
-%% if "lesser" in used or "greater" in used
-/* fmin and fmax with NaN as those of math.h have it, which are calls on some targets. */
-%% endif
-%% if "lesser" in used
-static inline ${real} lesser(${real} x, ${real} y) { return x < y || y != y ? x : y; }
-%% endif
-%% if "greater" in used
-static inline ${real} greater(${real} x, ${real} y) { return x > y || y != y ? x : y; }
-%% endif
+/* fmin and fmax with NaN as those of math.h have it, which are calls on some targets. */ %% if "lesser" in used or "greater" in used
+static inline ${real} lesser(${real} x, ${real} y) { return x < y || y != y ? x : y; } %% if "lesser" in used
+static inline ${real} greater(${real} x, ${real} y) { return x > y || y != y ? x : y; } %% if "greater" in used
 
 %% if "natural_log" in used or (single and "any_log" in used)
 %% if single
@@ -67,9 +61,7 @@ static inline double any_exp(double x) { return exp(x); }
 
 /* Wright's function between two knots: a cubic through values and slopes. The last ${omega_far} are ${omega_sparse} times as far apart. */
 static const ${real} omega_of[${omega|length}][4] = {
-%% for knot in omega
-    {${knot}},
-%% endfor
+    {${knot}}, %% for knot in omega
 };
 
 static inline ${real} omega_between(${real} place) {
@@ -88,17 +80,13 @@ static inline ${real} wright_omega(${real} place) {
     /* Bounded as it is used: rounding may lift the last place beyond the table. */
     const ${real} sparse = ${omega_near}.0 + (place - ${omega_near}.0) * ${1 / omega_sparse};
     ${real} w;
-%% if not single
-    const double x = place / ${omega_knots_per_unit} + ${omega_from};
-%% endif
+    const double x = place / ${omega_knots_per_unit} + ${omega_from}; %% if not single
     if (place < ${omega_near}.0) {
         w = omega_between(place);
     } else if (sparse < ${omega_near + omega_far}.0) {
         w = omega_between(sparse);
     } else {
-%% if single
-        const float x = place / ${omega_knots_per_unit} + ${omega_from};
-%% endif
+        const float x = place / ${omega_knots_per_unit} + ${omega_from}; %% if single
         const ${real} log_x = natural_log(x), share = log_x / x;
         w = x - log_x + share * (1.0 + 0.5 * (log_x - 2.0) / x);
     }

@@ -12,9 +12,7 @@
 
 /* Order of the output of a step. */
 enum {
-%% for name in output
-    OUT_${name|upper},
-%% endfor
+    OUT_${name|upper}, %% for name in output
     OUTPUTS
 };
 
@@ -67,11 +65,9 @@ void ${name}_init(${name}_state_t *state) {
         state->evidence[i] = start[i];
     }
 %% endif
-%% if supervised
-    for (i = 0; i < OUTPUTS; ++i) {
-        state->result[i] = state->output[i];
-    }
-%% endif
+    for (i = 0; i < OUTPUTS; ++i) { %% if supervised
+        state->result[i] = state->output[i]; %% if supervised
+    } %% if supervised
 }
 
 %% if tunable
@@ -168,9 +164,7 @@ int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
     }
     now[2] = passed[3];
     now[3] = sample->dt;
-%% for name in torques
-    now[${loop.index0 + 4}] = ${"passed[2]" if name == torque else "(%s)NAN" % real};
-%% endfor
+    now[${loop.index0 + 4}] = ${"passed[2]" if name == torque else "(%s)NAN" % real}; %% for name in torques
     if (state->now < 0) {
         if (!(is_known(now[0]) && is_known(now[2]) && now[2] >= ${least_first_load})) {
             status = ${NAME}_MISSING | implausible;
@@ -178,25 +172,17 @@ int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
             return status;
         }
         begin(state, now);
-%% if supervised
-        begin_supervision(state, now);
-%% endif
+        begin_supervision(state, now); %% if supervised
     }
-%% if checked
-    suspect = gather_sample(state, sample);
-%% endif
+    suspect = gather_sample(state, sample); %% if checked
 %% if supervised
-%% if scaled
-    now[${torques.index(torque) + 4}] = passed[2] / state->own[OWN_SCALE];
-%% endif
+    now[${torques.index(torque) + 4}] = passed[2] / state->own[OWN_SCALE]; %% if scaled
     status = advance(state, now);
     if (status == ${NAME}_REFUSED) {
         state->result[OUT_STATUS] = ${NAME}_REFUSED;
         return status;
     }
-%% if scaled
-    now[${torques.index(torque) + 4}] = passed[2];
-%% endif
+    now[${torques.index(torque) + 4}] = passed[2]; %% if scaled
     status = supervise(state, now, status) | implausible | suspect;
 %% else
     status = advance(state, now) | implausible | suspect;
@@ -210,17 +196,13 @@ void ${name}_estimate(const ${name}_state_t *state, ${name}_estimate_t *estimate
         return;
     }
     if (!is_own(state)) {
-%% for name in numbers
-        estimate->${name} = (${real})NAN;
-%% endfor
+        estimate->${name} = (${real})NAN; %% for name in numbers
         estimate->informed = 0;
         estimate->usable = 0;
         estimate->status = ${NAME}_REFUSED;
         return;
     }
-%% for name in numbers
-    estimate->${name} = state->${result}[OUT_${name|upper}];
-%% endfor
+    estimate->${name} = state->${result}[OUT_${name|upper}]; %% for name in numbers
     estimate->status = (int32_t)state->${result}[OUT_STATUS];
     estimate->informed = estimate->mu_std < ${informed_below} * estimate->mu &&
                          (estimate->status & ${uninformed}) == 0;

@@ -60,9 +60,7 @@ static void mdlOutputs(SimStruct *S, int_T tid) {
     ${name}_estimate_t estimate;
     (void)tid;
     ${name}_estimate(state_of(S), &estimate);
-%% for name in estimate
-    *ssGetOutputPortRealSignal(S, ${loop.index0}) = (real_T)estimate.${name};
-%% endfor
+    *ssGetOutputPortRealSignal(S, ${loop.index0}) = (real_T)estimate.${name}; %% for name in estimate
 }
 
 #define MDL_UPDATE

@@ -1,9 +1,7 @@
 %% if not tunable
 /* Parameters, rig and tuning; ${name}.json lists them by name and unit. */
 static const ${real} constants[${constants|length}] = {
-%% for value, label in constants
-    ${value}, /* ${label} */
-%% endfor
+    ${value}, /* ${label} */ %% for value, label in constants
 };
 
 %% endif

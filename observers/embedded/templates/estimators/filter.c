@@ -13,11 +13,8 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     ${name}_filter_t *after = &state->filter[1 - state->now];
     ${real} output[OUTPUTS], now[${clean}], signals[4], torque[TORQUES] = {0}, slide[2] = {0}, imputed = 0.0;
     const ${real} mu = state->output[OUT_MU];
-%% if follows_mu
-    ${real} retention[${walk + 1}];
-%% else
-    const ${real} retention[1] = {1.0};
-%% endif
+    ${real} retention[${walk + 1}]; %% if follows_mu
+    const ${real} retention[1] = {1.0}; %% if not follows_mu
     int32_t i;
     clean(sample, before->last, now, &imputed);
 %% if other
@@ -47,21 +44,15 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
         patch_signals(after->x, now, signals);
         advance_patch(&state->patch, signals, output[OUT_MU], ${stiffness_after}, retention, torque, slide);
         after->M_z[0] = torque[M_Z];
-%% for slope in slopes
-        after->slopes[${loop.index0}] = ${slope};
-%% endfor
-%% if slides
-        effective_friction(output[OUT_MU], output[OUT_MU_STD], signals[2], slide, &output[OUT_MU_EFF], &output[OUT_MU_EFF_STD], &output[OUT_M_SLIDE]);
-%% endif
+        after->slopes[${loop.index0}] = ${slope}; %% for slope in slopes
+        effective_friction(output[OUT_MU], output[OUT_MU_STD], signals[2], slide, &output[OUT_MU_EFF], &output[OUT_MU_EFF_STD], &output[OUT_M_SLIDE]); %% if slides
         output[OUT_M_Z_PREDICTED] = torque[M_Z];
     }
 %% endif
 %% include "estimators/refuse.c"
-%% if follows_mu
-    if (((int32_t)output[OUT_STATUS] & ${NAME}_RESET) != 0) {
-        forget_sensitivity(&state->patch, retention[${walk}]);
-    }
-%% endif
+    if (((int32_t)output[OUT_STATUS] & ${NAME}_RESET) != 0) { %% if follows_mu
+        forget_sensitivity(&state->patch, retention[${walk}]); %% if follows_mu
+    } %% if follows_mu
     state->now = 1 - state->now;
     for (i = 0; i < OUTPUTS; ++i) {
         state->output[i] = output[i];

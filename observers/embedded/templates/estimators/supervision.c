@@ -5,9 +5,7 @@ enum { HYPOTHESES = ${ratios|length}, POINTS = ${points}, PATHS = ${paths} };
    moments of stiffness over the declared one [1], zero [N m] and twist [1] under a hypothesis. */
 %% for prefix, names in (("OWN", own), ("TRACK", track), ("LIMIT", limits), ("PART", parts), ("VERDICT", verdict))
 enum {
-%% for name in names
-    ${prefix}_${name|upper},
-%% endfor
+    ${prefix}_${name|upper}, %% for name in names
     ${prefix}S
 };
 %% endfor
@@ -30,10 +28,8 @@ static void begin_search(${name}_state_t *state, ${real} gain, ${real} gain_std,
         part[PART_D_ZERO] = zero_std * zero_std;
         part[PART_TWIST] = twist;
         part[PART_D_TWIST] = ${twist_std} * ${twist_std};
-%% if gear
-        part[PART_GEAR] = 1.0;
-        part[PART_D_GEAR] = ${gear_spread} * ${gear_spread};
-%% endif
+        part[PART_GEAR] = 1.0; %% if gear
+        part[PART_D_GEAR] = ${gear_spread} * ${gear_spread}; %% if gear
     }
     state->track[TRACK_REACH] = 0.0;
     state->track[TRACK_EXPLAINED] = 0.0;
@@ -65,11 +61,9 @@ static void begin_supervision(${name}_state_t *state, const ${real} *sample) {
     for (i = 0; i < POINTS * PATHS; ++i) {
         state->points[i] = sample[0];
     }
-%% if block
-    for (i = 0; i < ${block}; ++i) {
-        state->block[i] = 0.0;
-    }
-%% endif
+    for (i = 0; i < ${block}; ++i) { %% if block
+        state->block[i] = 0.0; %% if block
+    } %% if block
     begin_search(state, 1.0, ${vague}, 0.0, ${zero_std}, 0.0);
 }
 
@@ -145,9 +139,7 @@ static void weigh_torque(${name}_state_t *state, int32_t beside, ${real} psi, co
             sums[path_of[j]] -= weight[j] * (stuck - slides);
         }
         hypothesis(state->hypotheses[i], sums[0] + sums[2], sums[1] + sums[2], M_z, variance, share${", " ~ dry if gear}, part);
-%% for name in parts
-        state->hypotheses[i][PART_${name|upper}] = part[PART_${name|upper}];
-%% endfor
+        state->hypotheses[i][PART_${name|upper}] = part[PART_${name|upper}]; %% for name in parts
     }
     change += state->hypotheses[likeliest][PART_LOG_LIKELIHOOD];
     for (i = 0; i < HYPOTHESES; ++i) {
@@ -179,9 +171,7 @@ static ${real} search(${name}_state_t *state, int32_t beside, ${real} psi, ${rea
     if (weighs) {
         torque_error(torque, state->own[OWN_F_N], tyre[1], added, track[TRACK_REACH], share, limits[LIMIT_ERROR], &size, &variance, &noisy);
         state->track[TRACK_EXPLAINED] += noisy;
-%% if gear
-        variance += ${dry_std} * ${dry_std} / share;
-%% endif
+        variance += ${dry_std} * ${dry_std} / share; %% if gear
         weigh_torque(state, beside, at, tyre, torque, variance, share);
     } else if (state->own[OWN_PHASE] != 0.0) {
         verdict_of(&state->hypotheses[0][0], state->track[TRACK_EXPLAINED], state->track[TRACK_REACH], limits, state->verdict);
@@ -227,15 +217,9 @@ static void follow(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} add
 static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t status) {
     const ${real} tyre[3] = {${tyre|join(", ")}};
     ${real} psi, M_z, added, limits[LIMITS], sensed[6];
-%% if added_torque
-    ${real} signals[4], added_by_effects, at_torque;
-%% endif
-%% if has_gap
-    ${real} behind, zero_std;
-%% endif
-%% if block
-    ${real} block[${block}];
-%% endif
+    ${real} signals[4], added_by_effects, at_torque; %% if added_torque
+    ${real} behind, zero_std; %% if has_gap
+    ${real} block[${block}]; %% if block
     const bool lifted = is_known(sample[2]) && !(sample[2] >= ${least_load} * state->own[OWN_F_N_FIRST]);
     const bool tracked = state->own[OWN_ACQUIRING] == 0.0, lost = state->own[OWN_LOST] != 0.0;
     const bool changed = ((status & ${NAME}_RESET) != 0) || lost;
@@ -251,9 +235,7 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
         sensed[4] = (${real})NAN;
     }
     observe_torque(${"state->block, " if block}sensed, state->own[OWN_AGAIN]${constants_at}, ${"block, " if block}&psi, &M_z, &added, limits);
-%% if block
-    set_numbers(state->block, block, ${block});
-%% endif
+    set_numbers(state->block, block, ${block}); %% if block
     if (lifted) {
         M_z = (${real})NAN;
     }
@@ -288,9 +270,7 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
     } else {
         follow(state, psi, M_z, added, tyre, limits);
     }
-%% if added_torque
-    state->output[OUT_M_Z_PREDICTED] += added_by_effects;
-    state->result[OUT_M_Z_PREDICTED] += added_by_effects;
-%% endif
+    state->output[OUT_M_Z_PREDICTED] += added_by_effects; %% if added_torque
+    state->result[OUT_M_Z_PREDICTED] += added_by_effects; %% if added_torque
     return (int32_t)state->result[OUT_STATUS];
 }

@@ -14,19 +14,13 @@ static void take_acquired(${name}_state_t *state, const ${real} *handed) {
         ${P}[i * ${states} + ${state.index}] = 0.0;
 %% endfor
     }
-%% for state in handed
-    ${x}[${state.index}] = handed[${state.at}];
-%% endfor
-%% for entry in handed_covariance
-    ${P}[${entry.index}] = handed[${entry.at}];
-%% endfor
+    ${x}[${state.index}] = handed[${state.at}]; %% for state in handed
+    ${P}[${entry.index}] = handed[${entry.at}]; %% for entry in handed_covariance
 %% if window
     for (i = 0; i < ${states}; ++i) {
         state->mean[i] = state->x[last][i];
     }
-%% for state in handed
-    state->mean[${state.index}] = handed[${state.at}];
-%% endfor
+    state->mean[${state.index}] = handed[${state.at}]; %% for state in handed
     for (i = 0; i < ${window}; ++i) {
         if (i != newest) {
             for (j = 0; j < ${states}; ++j) {
@@ -38,9 +32,7 @@ static void take_acquired(${name}_state_t *state, const ${real} *handed) {
         state->row[i][ROW_JUMP] = 0.0;
 %% if follows_mu
         state->by_mu[i] = 0.0;
-%% if walk > 1
-        state->by_k[i] = 0.0;
-%% endif
+        state->by_k[i] = 0.0; %% if walk > 1
 %% endif
     }
     for (i = 0; i < ${states}; ++i) {
@@ -48,9 +40,7 @@ static void take_acquired(${name}_state_t *state, const ${real} *handed) {
             state->factor[i * ${states} + j] = i == j ? state->P_newest[i * ${states} + j] : 0.0;
         }
     }
-%% for entry in handed_factor
-    state->factor[${entry.index}] = handed[${entry.at}];
-%% endfor
+    state->factor[${entry.index}] = handed[${entry.at}]; %% for entry in handed_factor
 %% endif
     for (i = 0; i < ${counts}; ++i) {
         ${own_state}counts[i] = 0.0;
@@ -59,7 +49,5 @@ static void take_acquired(${name}_state_t *state, const ${real} *handed) {
         ${own_state}monitor[i] = 0.0;
     }
     state->output[OUT_MU] = any_exp(handed[0]);
-%% if follows_mu
-    forget_sensitivity(&state->patch, 0.0);
-%% endif
+    forget_sensitivity(&state->patch, 0.0); %% if follows_mu
 }

@@ -3,16 +3,12 @@
 enum { STATES = ${states}, CLEAN = ${clean}, COUNTS = ${counts}, MONITOR = ${monitor} };
 /* Result of the test of the newest innovation. */
 enum {
-%% for name in test
-    TEST_${name|upper},
-%% endfor
+    TEST_${name|upper}, %% for name in test
     TEST
 };
 /* A row of a sample: what was measured, whether it is accepted, and the jump of the variance of ln mu. */
 enum {
-%% for name in row
-    ROW_${name|upper},
-%% endfor
+    ROW_${name|upper}, %% for name in row
     ROW
 };
 
@@ -131,19 +127,14 @@ static void smooth(${name}_state_t *state) {
 static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     ${real} now[CLEAN], imputed = 0.0, signals[4], newest[STATES], P[STATES * STATES];
     ${real} torque[TORQUES] = {0}, slide[2] = {0}, test[TEST], counts[COUNTS], monitor[MONITOR], output[OUTPUTS];
-%% if follows_mu
-    ${real} retention[${walk + 1}];
-%% else
-    const ${real} retention[1] = {1.0};
-%% endif
+    ${real} retention[${walk + 1}]; %% if follows_mu
+    const ${real} retention[1] = {1.0}; %% if not follows_mu
     const int32_t last = state->newest, at = (last + 1) % ${window};
     int32_t i;
     clean(sample, state->last, now, &imputed);
     update_arrival_cost(state, at);
     /* Prediction. */
-%% if moves_states
-    torque_at(state, last, state->x[last], torque);
-%% endif
+    torque_at(state, last, state->x[last], torque); %% if moves_states
     predict(state->x[last], torque, state->P_newest, state->last, now${constants_at}, newest, P);
 %% if follows_mu
     retentions(state->P_newest, state->last, now${constants_at}, retention);
@@ -161,20 +152,14 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     for (i = 0; i < STATES; ++i) {
         state->x[at][i] = newest[i];
     }
-%% for name, place in measured
-    state->row[at][ROW_${name|upper}] = now[${place}];
-%% endfor
+    state->row[at][ROW_${name|upper}] = now[${place}]; %% for name, place in measured
     state->row[at][ROW_ACCEPTED] = 1.0;
     state->row[at][ROW_JUMP] = 0.0;
     state->newest = at;
     /* Test of the innovation; where the patch follows the correction, it does not depend on the torque of the sample. */
-%% if not advances_at_corrected_state
-    torque_at(state, at, newest, torque);
-%% endif
+    torque_at(state, at, newest, torque); %% if not advances_at_corrected_state
     test_innovation(newest, torque, now, P, state->counts, state->monitor${constants_at}, test, counts, monitor);
-%% for place in evidence
-    now[${place}] = test[TEST_EVIDENCE]; /* how far mu walks to the next sample */
-%% endfor
+    now[${place}] = test[TEST_EVIDENCE]; /* how far mu walks to the next sample */ %% for place in evidence
 %% if follows_mu
     /* Deformation that depends on the old friction does not fit samples of a new ground: they stay rejected. */
     test[TEST_RUN] = 1.0;
@@ -192,9 +177,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
 %% if follows_mu
     if (test[TEST_RESET] != 0.0) {
         state->by_mu[at] *= retention[${walk}];
-%% if walk > 1
-        state->by_k[at] *= retention[${walk}];
-%% endif
+        state->by_k[at] *= retention[${walk}]; %% if walk > 1
         forget_sensitivity(&state->patch, retention[${walk}]);
     }
 %% endif

@@ -31,15 +31,11 @@ static void begin_kept(${name}_state_t *state, const ${real} *signals) {
         state->M_z[i] = ${"terms[TERM_TORQUE]" if angle_is_state else "0.0"};
         state->by_mu[i] = 0.0;
         state->mu[i] = ${prior_mu};
-%% if by_k
-        state->by_k[i] = 0.0;
-        state->stiffness[i] = 1.0;
-        state->nominal[i] = 0.0;
-%% endif
-%% if angle_is_state
-        state->angle[i] = 0.0;
-        state->by_angle[i] = 0.0;
-%% endif
+        state->by_k[i] = 0.0; %% if by_k
+        state->stiffness[i] = 1.0; %% if by_k
+        state->nominal[i] = 0.0; %% if by_k
+        state->angle[i] = 0.0; %% if angle_is_state
+        state->by_angle[i] = 0.0; %% if angle_is_state
     }
 }
 
@@ -49,14 +45,10 @@ static void follow_sample(${name}_state_t *state, int32_t at, const ${real} *sig
     advance_patch(&state->patch, signals, mu, stiffness, retention, torque, slide);
     state->M_z[at] = torque[M_Z];
     state->by_mu[at] = torque[BY_MU]${" / stiffness" if by_k};
-%% if by_k
-    state->by_k[at] = (torque[BY_STIFFNESS] - state->patch.M_z) / stiffness;
-    state->stiffness[at] = stiffness;
-    state->nominal[at] = state->patch.M_z;
-%% endif
+    state->by_k[at] = (torque[BY_STIFFNESS] - state->patch.M_z) / stiffness; %% if by_k
+    state->stiffness[at] = stiffness; %% if by_k
+    state->nominal[at] = state->patch.M_z; %% if by_k
     state->mu[at] = mu;
-%% if angle_is_state
-    state->angle[at] = signals[0];
-    state->by_angle[at] = torque[BY_ANGLE];
-%% endif
+    state->angle[at] = signals[0]; %% if angle_is_state
+    state->by_angle[at] = torque[BY_ANGLE]; %% if angle_is_state
 }

@@ -13,9 +13,7 @@ static void store_patch(${name}_state_t *state, int32_t at) {
 
 /* M_z [N m] of a sample at mu, and its derivatives by mu and by k over its nominal value. */
 static void kept_torque(const ${name}_state_t *state, int32_t at, ${real} mu, ${real} stiffness, ${real} *torque) {
-%% if rig_at_run_time
-    const ${name}_patch_t *patch = &state->patch;
-%% endif
+    const ${name}_patch_t *patch = &state->patch; %% if rig_at_run_time
     const ${real} k = ${k} * stiffness, scale = mu / k;
     ${real} total = state->slope[at] * ${still_moment}, by_scale = 0.0, moment[2];
     int32_t i;
@@ -41,22 +39,16 @@ static void begin_kept(${name}_state_t *state, const ${real} *signals) {
 %% endif
     for (i = 0; i < ${window}; ++i) {
         state->slope[i] = 0.0;
-%% if effects
-        state->beside[i] = ${"terms[TERM_TORQUE]" if angle_is_state else "0.0"};
-%% endif
+        state->beside[i] = ${"terms[TERM_TORQUE]" if angle_is_state else "0.0"}; %% if effects
         state->corners[i] = 0;
-%% if angle_is_state
-        state->angle[i] = 0.0;
-        state->by_angle[i] = 0.0;
-%% endif
+        state->angle[i] = 0.0; %% if angle_is_state
+        state->by_angle[i] = 0.0; %% if angle_is_state
     }
 }
 
 /* Advances the patch to the signals of a sample, and stores what the window keeps of it. */
 static void follow_sample(${name}_state_t *state, int32_t at, const ${real} *signals, ${real} mu, ${real} stiffness, const ${real} *retention, ${real} *slide) {
-%% if rig_at_run_time
-    const ${name}_patch_t *patch = &state->patch;
-%% endif
+    const ${name}_patch_t *patch = &state->patch; %% if rig_at_run_time
     const ${real} k = ${k} * stiffness, scale = mu / k;
     ${real} beside[2] = {0.0, 0.0};
     (void)retention;
@@ -70,7 +62,5 @@ static void follow_sample(${name}_state_t *state, int32_t at, const ${real} *sig
     }
 %% endif
     store_patch(state, at);
-%% if effects
-    state->beside[at] = beside[0];
-%% endif
+    state->beside[at] = beside[0]; %% if effects
 }
