@@ -65,9 +65,11 @@ void ${name}_init(${name}_state_t *state) {
         state->evidence[i] = start[i];
     }
 %% endif
-    for (i = 0; i < OUTPUTS; ++i) { %% if supervised
-        state->result[i] = state->output[i]; %% if supervised
-    } %% if supervised
+%% if supervised
+    for (i = 0; i < OUTPUTS; ++i) {
+        state->result[i] = state->output[i];
+    }
+%% endif
 }
 
 %% if tunable

@@ -50,9 +50,11 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     }
 %% endif
 %% include "estimators/refuse.c"
-    if (((int32_t)output[OUT_STATUS] & ${NAME}_RESET) != 0) { %% if follows_mu
-        forget_sensitivity(&state->patch, retention[${walk}]); %% if follows_mu
-    } %% if follows_mu
+%% if follows_mu
+    if (((int32_t)output[OUT_STATUS] & ${NAME}_RESET) != 0) {
+        forget_sensitivity(&state->patch, retention[${walk}]);
+    }
+%% endif
     state->now = 1 - state->now;
     for (i = 0; i < OUTPUTS; ++i) {
         state->output[i] = output[i];

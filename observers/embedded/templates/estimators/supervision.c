@@ -61,9 +61,11 @@ static void begin_supervision(${name}_state_t *state, const ${real} *sample) {
     for (i = 0; i < POINTS * PATHS; ++i) {
         state->points[i] = sample[0];
     }
-    for (i = 0; i < ${block}; ++i) { %% if block
-        state->block[i] = 0.0; %% if block
-    } %% if block
+%% if block
+    for (i = 0; i < ${block}; ++i) {
+        state->block[i] = 0.0;
+    }
+%% endif
     begin_search(state, 1.0, ${vague}, 0.0, ${zero_std}, 0.0);
 }
 

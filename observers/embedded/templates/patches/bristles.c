@@ -341,9 +341,11 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
 %% endif
     patch->mu = mu;
     sample_terms(signals, ${"patch->own, " if own}terms${", own_next" if own});
-    for (i = 0; i < ${own}; ++i) { %% if own
-        patch->own[i] = own_next[i]; %% if own
-    } %% if own
+%% if own
+    for (i = 0; i < ${own}; ++i) {
+        patch->own[i] = own_next[i];
+    }
+%% endif
 %% if by_k
     /* Limits of stress over k depend on mu over k: their derivative by k follows from that by mu. */
     find_limits(terms, mu / stiffness, &limits);
