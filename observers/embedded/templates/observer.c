@@ -16,6 +16,20 @@ enum {
     OUTPUTS
 };
 
+static inline void set_numbers(${real} *numbers, const ${real} *values, int32_t count) {
+    int32_t i;
+    for (i = 0; i < count; ++i) {
+        numbers[i] = values[i];
+    }
+}
+
+static inline void fill_numbers(${real} *numbers, ${real} value, int32_t count) {
+    int32_t i;
+    for (i = 0; i < count; ++i) {
+        numbers[i] = value;
+    }
+}
+
 /* Computation: written by CasADi ${casadi} from the Functions that run in Python. -------------------------- */
 
 ${core}
@@ -40,12 +54,10 @@ static void clear_state(${name}_state_t *state) {
 %% else
 void ${name}_init(${name}_state_t *state) {
 %% endif
-    int32_t i;
+    static const ${real} start[${evidence_start|length}] = {${evidence_start|join(", ")}}; %% if checked
     state->layout = ${NAME}_STATE_LAYOUT;
     state->size = (uint32_t)sizeof *state;
-    for (i = 0; i < OUTPUTS; ++i) {
-        state->output[i] = (${real})NAN;
-    }
+    fill_numbers(state->output, (${real})NAN, OUTPUTS);
     state->output[OUT_MU] = ${prior_mu};
     state->output[OUT_MU_STD] = ${prior_std};
     state->output[OUT_STATUS] = ${NAME}_MISSING;
@@ -59,17 +71,8 @@ void ${name}_init(${name}_state_t *state) {
     state->jump = 0.0;
     state->has_psi = 0;
     state->now = -1;
-%% if checked
-    for (i = 0; i < ${evidence_start|length}; ++i) {
-        static const ${real} start[${evidence_start|length}] = {${evidence_start|join(", ")}};
-        state->evidence[i] = start[i];
-    }
-%% endif
-%% if supervised
-    for (i = 0; i < OUTPUTS; ++i) {
-        state->result[i] = state->output[i];
-    }
-%% endif
+    set_numbers(state->evidence, start, ${evidence_start|length}); %% if checked
+    set_numbers(state->result, state->output, OUTPUTS); %% if supervised
 }
 
 %% if tunable
@@ -118,11 +121,8 @@ static void update_rate(${name}_state_t *state, ${real} psi) {
 static int32_t gather_sample(${name}_state_t *state, const ${name}_sample_t *sample) {
     const ${real} raw[${torques|length + 4}] = {sample->psi, sample->psi_dot, sample->F_N, sample->dt${raw_torques}};
     ${real} after[${evidence_start|length}], suspect;
-    int32_t i;
     gather_evidence(state->evidence, raw, ${half_length}, after, &suspect);
-    for (i = 0; i < ${evidence_start|length}; ++i) {
-        state->evidence[i] = after[i];
-    }
+    set_numbers(state->evidence, after, ${evidence_start|length});
     return suspect != 0.0 ? ${NAME}_SUSPECT : 0;
 }
 %% endif

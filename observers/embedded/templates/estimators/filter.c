@@ -15,7 +15,6 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     const ${real} mu = state->output[OUT_MU];
     ${real} retention[${walk + 1}]; %% if follows_mu
     const ${real} retention[1] = {1.0}; %% if not follows_mu
-    int32_t i;
     clean(sample, before->last, now, &imputed);
 %% if other
     /* The states of both directions of friction are exchanged before the patch is advanced. */
@@ -50,14 +49,10 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     }
 %% endif
 %% include "estimators/refuse.c"
-%% if follows_mu
-    if (((int32_t)output[OUT_STATUS] & ${NAME}_RESET) != 0) {
-        forget_sensitivity(&state->patch, retention[${walk}]);
-    }
-%% endif
+    if (((int32_t)output[OUT_STATUS] & ${NAME}_RESET) != 0) { %% if follows_mu
+        forget_sensitivity(&state->patch, retention[${walk}]); %% if follows_mu
+    } %% if follows_mu
     state->now = 1 - state->now;
-    for (i = 0; i < OUTPUTS; ++i) {
-        state->output[i] = output[i];
-    }
+    set_numbers(state->output, output, OUTPUTS);
     return (int32_t)output[OUT_STATUS];
 }

@@ -16,12 +16,10 @@ static const ${real} RATIOS[HYPOTHESES] = {${ratios|join(", ")}};
 /* The hypotheses begin anew: mean and deviation of the stiffness over the declared one [1], of the zero [N m]; mean of the
    twist before the first sample [1]. */
 static void begin_search(${name}_state_t *state, ${real} gain, ${real} gain_std, ${real} zero, ${real} zero_std, ${real} twist) {
-    int32_t i, j;
+    int32_t i;
     for (i = 0; i < HYPOTHESES; ++i) {
         ${real} *part = state->hypotheses[i];
-        for (j = 0; j < PARTS; ++j) {
-            part[j] = 0.0;
-        }
+        fill_numbers(part, 0.0, PARTS);
         part[PART_GAIN] = gain;
         part[PART_ZERO] = zero;
         part[PART_D_GAIN] = gain_std * gain_std;
@@ -38,42 +36,22 @@ static void begin_search(${name}_state_t *state, ${real} gain, ${real} gain_std,
 
 /* The state before the first sample. The first verdict, before any torque counts, is the prior. */
 static void begin_supervision(${name}_state_t *state, const ${real} *sample) {
-    int32_t i;
-    for (i = 0; i < OWNS; ++i) {
-        state->own[i] = 0.0;
-    }
+    fill_numbers(state->own, 0.0, OWNS);
     state->own[OWN_ACQUIRING] = 1.0;
     state->own[OWN_PHASE] = 1.0;
     state->own[OWN_SCALE] = 1.0;
     state->own[OWN_F_N] = sample[2];
     state->own[OWN_F_N_FIRST] = sample[2];
     state->own[OWN_PATCH_PSI] = sample[0];
-    for (i = 0; i < VERDICTS; ++i) {
-        state->verdict[i] = 0.0;
-    }
-    for (i = 0; i < TRACKS; ++i) {
-        state->track[i] = 0.0;
-    }
+    fill_numbers(state->verdict, 0.0, VERDICTS);
+    fill_numbers(state->track, 0.0, TRACKS);
     state->track[TRACK_COUNT] = 1.0;
     state->track[TRACK_COUNT_SLID] = 1.0;
     state->track[TRACK_EXTREME] = sample[0];
     state->track[TRACK_ORIGIN] = sample[0];
-    for (i = 0; i < POINTS * PATHS; ++i) {
-        state->points[i] = sample[0];
-    }
-%% if block
-    for (i = 0; i < ${block}; ++i) {
-        state->block[i] = 0.0;
-    }
-%% endif
+    fill_numbers(state->points, sample[0], POINTS * PATHS);
+    fill_numbers(state->block, 0.0, ${block}); %% if block
     begin_search(state, 1.0, ${vague}, 0.0, ${zero_std}, 0.0);
-}
-
-static void set_numbers(${real} *numbers, const ${real} *values, int32_t count) {
-    int32_t i;
-    for (i = 0; i < count; ++i) {
-        numbers[i] = values[i];
-    }
 }
 
 /* The search anew on a ground that has changed; M_z is the torque [N m]; where an innovation lasted, the scale and the

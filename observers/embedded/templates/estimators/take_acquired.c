@@ -17,15 +17,11 @@ static void take_acquired(${name}_state_t *state, const ${real} *handed) {
     ${x}[${state.index}] = handed[${state.at}]; %% for state in handed
     ${P}[${entry.index}] = handed[${entry.at}]; %% for entry in handed_covariance
 %% if window
-    for (i = 0; i < ${states}; ++i) {
-        state->mean[i] = state->x[last][i];
-    }
+    set_numbers(state->mean, state->x[last], ${states});
     state->mean[${state.index}] = handed[${state.at}]; %% for state in handed
     for (i = 0; i < ${window}; ++i) {
         if (i != newest) {
-            for (j = 0; j < ${states}; ++j) {
-                state->x[i][j] = state->mean[j];
-            }
+            set_numbers(state->x[i], state->mean, ${states});
             state->row[i][ROW_DT] = 0.0;
         }
         state->row[i][ROW_ACCEPTED] = 0.0;
@@ -42,12 +38,8 @@ static void take_acquired(${name}_state_t *state, const ${real} *handed) {
     }
     state->factor[${entry.index}] = handed[${entry.at}]; %% for entry in handed_factor
 %% endif
-    for (i = 0; i < ${counts}; ++i) {
-        ${own_state}counts[i] = 0.0;
-    }
-    for (i = 0; i < ${monitor}; ++i) {
-        ${own_state}monitor[i] = 0.0;
-    }
+    fill_numbers(${own_state}counts, 0.0, ${counts});
+    fill_numbers(${own_state}monitor, 0.0, ${monitor});
     state->output[OUT_MU] = any_exp(handed[0]);
     forget_sensitivity(&state->patch, 0.0); %% if follows_mu
 }

@@ -25,26 +25,16 @@ static void torque_at(const ${name}_state_t *state, int32_t at, const ${real} *x
 
 /* The state before the first sample: an empty window, whose places have no time. */
 static void begin(${name}_state_t *state, const ${real} *sample) {
-    int32_t i, j;
+    int32_t i;
     begin_window(sample${constants_at}, state->mean, state->factor, state->last);
     for (i = 0; i < ${window}; ++i) {
-        for (j = 0; j < STATES; ++j) {
-            state->x[i][j] = state->mean[j];
-        }
-        for (j = 0; j < ROW; ++j) {
-            state->row[i][j] = 0.0;
-        }
+        set_numbers(state->x[i], state->mean, STATES);
+        fill_numbers(state->row[i], 0.0, ROW);
         state->row[i][ROW_F_N] = sample[2];
     }
-    for (j = 0; j < STATES * STATES; ++j) {
-        state->P_newest[j] = state->factor[j];
-    }
-    for (j = 0; j < COUNTS; ++j) {
-        state->counts[j] = 0.0;
-    }
-    for (j = 0; j < MONITOR; ++j) {
-        state->monitor[j] = 0.0;
-    }
+    set_numbers(state->P_newest, state->factor, STATES * STATES);
+    fill_numbers(state->counts, 0.0, COUNTS);
+    fill_numbers(state->monitor, 0.0, MONITOR);
     begin_patch(&state->patch, sample, ${prior_mu});
     begin_kept(state, state->last); /* at rest */
     state->newest = ${window} - 1;
@@ -54,26 +44,18 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
 /* One sample of the filter over the window: from mean and factor to those of the next sample. */
 static void filter_sample(const ${name}_state_t *state, int32_t at, int32_t next, ${real} *mean, ${real} *factor, ${real} *eliminated) {
     ${real} torque[TORQUES], mean_next[STATES], factor_next[STATES * STATES];
-    int32_t i;
     torque_at(state, at, state->x[at], torque);
     forward(mean, factor, state->x[at], torque, state->row[at], state->row[next]${constants_at}, mean_next, factor_next, eliminated);
-    for (i = 0; i < STATES; ++i) {
-        mean[i] = mean_next[i];
-    }
-    for (i = 0; i < STATES * STATES; ++i) {
-        factor[i] = factor_next[i];
-    }
+    set_numbers(mean, mean_next, STATES);
+    set_numbers(factor, factor_next, STATES * STATES);
 }
 
 /* The oldest sample leaves the window: its measurement enters the arrival cost. */
 static void update_arrival_cost(${name}_state_t *state, int32_t oldest) {
     ${real} eliminated[${eliminated}], limited[STATES];
-    int32_t i;
     filter_sample(state, oldest, (oldest + 1) % ${window}, state->mean, state->factor, eliminated);
     limit(state->mean${constants_at}, limited);
-    for (i = 0; i < STATES; ++i) {
-        state->mean[i] = limited[i];
-    }
+    set_numbers(state->mean, limited, STATES);
 }
 
 /* Which samples of the window count after the test of the newest innovation. Without a reset only the newest changes. */
@@ -99,27 +81,19 @@ static void accept_samples(${name}_state_t *state, const ${real} *test) {
 static void smooth(${name}_state_t *state) {
     ${real} mean[STATES], factor[STATES * STATES], costate[STATES], before[STATES];
     const int32_t oldest = (state->newest + 1) % ${window};
-    int32_t i, j;
-    for (j = 0; j < STATES; ++j) {
-        mean[j] = state->mean[j];
-        costate[j] = 0.0;
-    }
-    for (j = 0; j < STATES * STATES; ++j) {
-        factor[j] = state->factor[j];
-    }
+    int32_t i;
+    set_numbers(mean, state->mean, STATES);
+    fill_numbers(costate, 0.0, STATES);
+    set_numbers(factor, state->factor, STATES * STATES);
     for (i = 0; i < ${window}; ++i) {
         const int32_t at = (oldest + i) % ${window};
         filter_sample(state, at, i < ${window} - 1 ? (at + 1) % ${window} : at, mean, factor, state->eliminated[at]);
     }
-    for (j = 0; j < STATES * STATES; ++j) {
-        state->P_newest[j] = state->eliminated[state->newest][STATES + j];
-    }
+    set_numbers(state->P_newest, &state->eliminated[state->newest][STATES], STATES * STATES);
     for (i = ${window} - 1; i >= 0; --i) {
         const int32_t at = (oldest + i) % ${window};
         backward(costate, state->eliminated[at], state->row[at], state->row[(at + 1) % ${window}]${constants_at}, before, state->x[at]);
-        for (j = 0; j < STATES; ++j) {
-            costate[j] = before[j];
-        }
+        set_numbers(costate, before, STATES);
     }
 }
 
@@ -130,7 +104,6 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     ${real} retention[${walk + 1}]; %% if follows_mu
     const ${real} retention[1] = {1.0}; %% if not follows_mu
     const int32_t last = state->newest, at = (last + 1) % ${window};
-    int32_t i;
     clean(sample, state->last, now, &imputed);
     update_arrival_cost(state, at);
     /* Prediction. */
@@ -149,9 +122,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     patch_signals(newest, now, signals);
     follow_sample(state, at, signals, any_exp(newest[${log_mu}]), ${stiffness_newest}, retention, slide);
 %% endif
-    for (i = 0; i < STATES; ++i) {
-        state->x[at][i] = newest[i];
-    }
+    set_numbers(state->x[at], newest, STATES);
     state->row[at][ROW_${name|upper}] = now[${place}]; %% for name, place in measured
     state->row[at][ROW_ACCEPTED] = 1.0;
     state->row[at][ROW_JUMP] = 0.0;
@@ -182,18 +153,10 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     }
 %% endif
     step_output(state->x[at], state->P_newest, newest, now, test, imputed, slide${constants_at}, output);
-    for (i = 0; i < CLEAN; ++i) {
-        state->last[i] = now[i];
-    }
-    for (i = 0; i < COUNTS; ++i) {
-        state->counts[i] = counts[i];
-    }
-    for (i = 0; i < MONITOR; ++i) {
-        state->monitor[i] = monitor[i];
-    }
+    set_numbers(state->last, now, CLEAN);
+    set_numbers(state->counts, counts, COUNTS);
+    set_numbers(state->monitor, monitor, MONITOR);
 %% include "estimators/refuse.c"
-    for (i = 0; i < OUTPUTS; ++i) {
-        state->output[i] = output[i];
-    }
+    set_numbers(state->output, output, OUTPUTS);
     return (int32_t)output[OUT_STATUS];
 }

@@ -218,15 +218,12 @@ static ${real} balanced_torque(${real} rigid, ${real} slope, ${real} F_N) {
 
 %% endif
 static void begin_patch(${name}_patch_t *patch, const ${real} *signals, ${real} mu) {
-    int32_t i;
-    for (i = 0; i < BRISTLES; ++i) {
 %% for part in parts
-        patch->${part}[i] = 0.0;
-        patch->${part}_by_mu[i] = 0.0;
-        patch->${part}_by_k[i] = 0.0; %% if by_k
+    fill_numbers(patch->${part}, 0.0, BRISTLES);
+    fill_numbers(patch->${part}_by_mu, 0.0, BRISTLES);
+    fill_numbers(patch->${part}_by_k, 0.0, BRISTLES); %% if by_k
 %% endfor
-        patch->follows[i] = 0.0; %% if compliant
-    }
+    fill_numbers(patch->follows, 0.0, BRISTLES); %% if compliant
 %% if compliant
     patch->further = 0.0;
     patch->further_by_mu = 0.0;
@@ -311,7 +308,7 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
     ${real} M_z, slope, by_torque = 0.0, deflected = 0.0, further, turn_by_mu, goal${", turn_by_k" if by_k}; %% if compliant
     ${real} own_next[${own}]; %% if own
     follow_t follow;
-    int32_t i; %% if compliant and not coarse or own
+    int32_t i; %% if compliant and not coarse
     follow.retention = retention[0] * patch->retained;
     follow.change = mu - patch->mu;
 %% if by_k
@@ -341,11 +338,7 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
 %% endif
     patch->mu = mu;
     sample_terms(signals, ${"patch->own, " if own}terms${", own_next" if own});
-%% if own
-    for (i = 0; i < ${own}; ++i) {
-        patch->own[i] = own_next[i];
-    }
-%% endif
+    set_numbers(patch->own, own_next, ${own}); %% if own
 %% if by_k
     /* Limits of stress over k depend on mu over k: their derivative by k follows from that by mu. */
     find_limits(terms, mu / stiffness, &limits);
