@@ -17,7 +17,7 @@ from observers.embedded.estimators.sample_functions import (
 )
 from observers.embedded.patches.patch_code import PatchCode
 from observers.embedded.scalar_expansion import drop_unused_inputs, inputs_used, with_known_exponential
-from observers.estimators.ekf import build_commented_step, ekf_layout
+from observers.estimators.ekf import build_ekf_step, ekf_layout
 from observers.estimators.initial_state import build_initial_state
 from observers.layout import Layout
 from observers.measurement.directional_friction import EXCHANGED, OTHER
@@ -98,7 +98,7 @@ def _begin(
 def _build_step(patch: PatchCode, constants: ConstantSubstitution, parts: Layout) -> ca.Function:
     """(parts, memory, sample, exp of ln mu before it) -> (steps between, parts after, output)."""
     model = patch.observer.measurement_model
-    step = build_commented_step(patch.torque_model, model)
+    step = build_ekf_step(patch.torque_model, model, 1, commented=True)
     before = {name: ca.MX.sym(name, rows * columns) for name, rows, columns in parts.fields}
     sample, vector = (ca.MX.sym(step.name_in(i), step.numel_in(i)) for i in (1, 2))
     *between, state_next, output = step(ca.vertcat(*before.values()), sample, vector)

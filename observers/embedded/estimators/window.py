@@ -102,9 +102,8 @@ def test_outputs(model: MeasurementModel) -> tuple[str, ...]:
 def elimination_layout(model: MeasurementModel) -> Layout:
     """The parts that forward elimination leaves for back substitution."""
     n = len(model.states)
-    parts = (("filtered", n, 1), ("P", n, n), ("K", n, 1), ("score", 1, 1), ("H", n, 1))
-    slopes = ("slopes", len(slope_states(model)), 1)
-    return Layout((*parts, slopes) if motion_depends_on_patch_torque(model) else parts)
+    slopes = {"slopes": len(slope_states(model))} if motion_depends_on_patch_torque(model) else {}
+    return Layout.of(filtered=n, P=(n, n), K=n, score=1, H=n, **slopes)
 
 
 @dataclass(frozen=True)
@@ -157,7 +156,7 @@ class WindowFunctions:
     def begin(self) -> ca.Function:
         """(sample) -> mean, factor, last."""
         n = len(self.model.states)
-        parts = Layout((("mean", n, 1), ("factor", n, n), ("last", len(CLEAN), 1)))
+        parts = Layout.of(mean=n, factor=(n, n), last=len(CLEAN))
         start = build_initial_state(self.patch.torque_model, self.model, parts)
         sample, constants = (ca.MX.sym(start.name_in(i), start.numel_in(i)) for i in range(2))
         return function_of_symbols(
