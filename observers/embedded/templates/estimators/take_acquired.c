@@ -21,7 +21,9 @@ static void take_acquired(${name}_state_t *state, const ${real} *handed) {
     state->mean[${state.index}] = handed[${state.at}]; %% for state in handed
     for (i = 0; i < ${window}; ++i) {
         if (i != newest) {
-            set_numbers(state->x[i], state->mean, ${states});
+            for (j = 0; j < ${states}; ++j) {
+                state->x[i][j] = state->mean[j];
+            }
             state->row[i][ROW_DT] = 0.0;
         }
         state->row[i][ROW_ACCEPTED] = 0.0;

@@ -218,12 +218,15 @@ static ${real} balanced_torque(${real} rigid, ${real} slope, ${real} F_N) {
 
 %% endif
 static void begin_patch(${name}_patch_t *patch, const ${real} *signals, ${real} mu) {
+    int32_t i;
+    for (i = 0; i < BRISTLES; ++i) {
 %% for part in parts
-    fill_numbers(patch->${part}, 0.0, BRISTLES);
-    fill_numbers(patch->${part}_by_mu, 0.0, BRISTLES);
-    fill_numbers(patch->${part}_by_k, 0.0, BRISTLES); %% if by_k
+        patch->${part}[i] = 0.0;
+        patch->${part}_by_mu[i] = 0.0;
+        patch->${part}_by_k[i] = 0.0; %% if by_k
 %% endfor
-    fill_numbers(patch->follows, 0.0, BRISTLES); %% if compliant
+        patch->follows[i] = 0.0; %% if compliant
+    }
 %% if compliant
     patch->further = 0.0;
     patch->further_by_mu = 0.0;

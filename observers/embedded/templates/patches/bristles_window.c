@@ -19,6 +19,7 @@ static void kept_torque(const ${name}_state_t *state, int32_t at, ${real} mu, ${
 
 /* What is kept of samples before the first one, whose signals are given. */
 static void begin_kept(${name}_state_t *state, const ${real} *signals) {
+    int32_t i;
 %% if angle_is_state
     /* The torque beside the patch moves the wheel from the first sample on. */
     ${real} terms[TERMS]${", own_next[%s]" % own if own};
@@ -26,14 +27,16 @@ static void begin_kept(${name}_state_t *state, const ${real} *signals) {
 %% else
     (void)signals;
 %% endif
-    fill_numbers(state->M_z, ${"terms[TERM_TORQUE]" if angle_is_state else "0.0"}, ${window});
-    fill_numbers(state->by_mu, 0.0, ${window});
-    fill_numbers(state->mu, ${prior_mu}, ${window});
-    fill_numbers(state->by_k, 0.0, ${window}); %% if by_k
-    fill_numbers(state->stiffness, 1.0, ${window}); %% if by_k
-    fill_numbers(state->nominal, 0.0, ${window}); %% if by_k
-    fill_numbers(state->angle, 0.0, ${window}); %% if angle_is_state
-    fill_numbers(state->by_angle, 0.0, ${window}); %% if angle_is_state
+    for (i = 0; i < ${window}; ++i) {
+        state->M_z[i] = ${"terms[TERM_TORQUE]" if angle_is_state else "0.0"};
+        state->by_mu[i] = 0.0;
+        state->mu[i] = ${prior_mu};
+        state->by_k[i] = 0.0; %% if by_k
+        state->stiffness[i] = 1.0; %% if by_k
+        state->nominal[i] = 0.0; %% if by_k
+        state->angle[i] = 0.0; %% if angle_is_state
+        state->by_angle[i] = 0.0; %% if angle_is_state
+    }
 }
 
 /* Advances the patch to the signals of a sample, and stores what the window keeps of it. */
