@@ -75,7 +75,8 @@ def retentions(
 ) -> ca.Function:
     """(factor, last, now) -> share of the memory's derivative by mu after its walk, and after a reset.
 
-    With k a state too the first share is a matrix, column by column, for derivatives by ln mu and k.
+    With k a state too mu is a further input, and the first share a matrix, column by column, for
+    derivatives by mu and k.
 
     factor is the symbol of a covariance in the form that the estimator has, variances that covariance;
     predicted: the variance of ln mu on a new ground adds to that after the walk.
@@ -88,11 +89,14 @@ def retentions(
     slopes = ca.DM.zeros(len(slope_states(model)))
     _, _, Q, _ = build_linearised_motion(model)(x, 0, slopes, last, now, rig, tuning)
     at = state_index(model)
-    walk = sensitivity_retention(model, variances, Q, x, now)
+    walk, mu = ca.MX(sensitivity_retention(model, variances, Q, x, now)), []
+    if walk.numel() > 1:  # From ln mu to mu.
+        mu = [ca.MX.sym("mu")]
+        walk[1, 0], walk[0, 1] = walk[1, 0] / mu[0], walk[0, 1] * mu[0]
     variance = variances[at, at] + Q[at] if predicted else variances[at, at]
     change = reset_retention(ca.MX(1), variance, log_mu_change_variance(named(TUNING_FIELDS, tuning)))
     function = function_of_symbols(
-        "retentions", [factor, last, now, rig, tuning], retention=ca.vertcat(ca.vec(walk), change)
+        "retentions", [factor, last, now, *mu, rig, tuning], retention=ca.vertcat(ca.vec(walk), change)
     )
     return constants.fill("retentions", function)
 

@@ -21,12 +21,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     const ${real} mu_now = now[${exchanged}] != 0.0 && now[${clean_dt}] > 0.0 ? any_exp(before->x[${other}]) : mu;
 %% endif
 %% if follows_mu
-    retentions(before->factor, before->last, now${constants_at}, retention);
-%% if walk > 1
-    /* From ln mu to mu. */
-    retention[1] /= mu;
-    retention[2] *= mu;
-%% endif
+    retentions(before->factor, before->last, now${", mu" if walk > 1}${constants_at}, retention);
 %% endif
 %% if not advances_at_corrected_state
     /* The patch at the angle of the sample; the states that its torque depends on only walk until then. */

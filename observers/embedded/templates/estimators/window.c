@@ -110,12 +110,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     torque_at(state, last, state->x[last], torque); %% if moves_states
     predict(state->x[last], torque, state->P_newest, state->last, now${constants_at}, newest, P);
 %% if follows_mu
-    retentions(state->P_newest, state->last, now${constants_at}, retention);
-%% if walk > 1
-    /* From ln mu to mu. */
-    retention[1] /= any_exp(newest[${log_mu}]);
-    retention[2] *= any_exp(newest[${log_mu}]);
-%% endif
+    retentions(state->P_newest, state->last, now${", any_exp(newest[%s])" % log_mu if walk > 1}${constants_at}, retention);
 %% endif
 %% if not advances_at_corrected_state
     /* The patch at the angle of the sample. */
