@@ -12,7 +12,18 @@
 %% include "fmu/state.c"
 /* The interface of FMI ${number}.0. ------------------------------------------------------------------------------ */
 
-%% include "fmu/" ~ fmi ~ "_instance.c"
+typedef struct {
+    fmu_state_t state;
+    ${fmi}${logger} logger;
+    ${instance}Environment environment;
+    char name[64]; %% if number == 2
+} instance_t;
+
+static ${fmi}Status report(const instance_t *instance, const char *message) {
+    if (instance->logger != NULL) instance->logger(instance->environment, ${"instance->name, " if number == 2}${fmi}Error, "logStatusError", message);
+    return ${fmi}Error;
+}
+
 %% if array
 static const char *const NO_ARRAY = "no variable is an array";
 
