@@ -18,14 +18,12 @@ import numpy as np
 
 from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_codegen import compact_body, compact_patch
-from observers.embedded.constant_substitution import Tunable
 from observers.embedded.generated_files import mark, require_usable, version, write_generated
 from observers.embedded.jinja_templates import ObserverBody, render
-from observers.embedded.own_names import with_prefix
 from observers.embedded.reference_samples import reference_csv
 from observers.embedded.run_time_parameters import parameter_placeholders, run_time_parameters
-from observers.embedded.scalar_expansion import with_meanings
-from observers.embedded.scalar_type import SINGLE, Real, code_in_type
+from observers.embedded.scalar_expansion import Tunable, with_meanings
+from observers.embedded.scalar_type import SINGLE, Real, code_in_type, with_prefix
 from observers.estimators.model_observer import RIG_UNITS
 from observers.measurement.causal_yaw_rate import FILTER_TIME_CONSTANT
 from observers.measurement.directional_friction import OTHER
@@ -145,14 +143,12 @@ def _state_size(body: ObserverBody, real: Real, constants: int, checked: int) ->
 
 def _limit(observer: FunctionObserver, real: Real) -> dict[str, str]:
     """What `check` allows, and why: bristles turn rounding into whole bristles that stick or slide."""
-    if real is not SINGLE:
-        return {"limit": "1e-8", "limit_comment": "Double precision."}
-    if observer.model.exact:
-        return {"limit": "1e-3", "limit_comment": "Single precision, exact patch."}
-    return {
-        "limit": "5e-2",
-        "limit_comment": "Single precision, bristles: rounding decides which slide.",
-    }
+    limit, comment = "1e-8", "Double precision."
+    if real is SINGLE and observer.model.exact:
+        limit, comment = "1e-3", "Single precision, exact patch."
+    elif real is SINGLE:
+        limit, comment = "5e-2", "Single precision, bristles: rounding decides which slide."
+    return {"limit": limit, "limit_comment": comment}
 
 
 def _weaker_direction(observer: FunctionObserver, real: Real, tunable: Tunable) -> dict[str, str]:

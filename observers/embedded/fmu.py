@@ -16,10 +16,10 @@ from pathlib import Path
 from typing import Any
 
 from observers.embedded.codegen import INPUTS_OF, TORQUE_MEANING, source_texts
-from observers.embedded.constant_substitution import Tunable
 from observers.embedded.fmi_versions import VERSIONS, base_unit, marked_unused
 from observers.embedded.generated_files import require_replaceable
 from observers.embedded.jinja_templates import render
+from observers.embedded.scalar_expansion import Tunable
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.protocol import FunctionObserver
 from symbolic import InvalidInputError, compiler

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from observers.embedded.compact_codegen import compact_patch
-from observers.embedded.constant_substitution import Tunable
 from observers.embedded.patches.exact_patch import DEPTH
 from observers.embedded.patches.patch_code import PatchCode
+from observers.embedded.scalar_expansion import Tunable
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.estimators.mhe import Mhe
 from observers.protocol import FunctionObserver

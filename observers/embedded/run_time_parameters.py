@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from observers.embedded.constant_substitution import Tunable
+from observers.embedded.scalar_expansion import Tunable
 from observers.embedded.scalar_type import DOUBLE, SINGLE, Real
 from observers.estimators.model_observer import RIG_UNITS, ModelObserver
 from observers.measurement.measurement_model import RIG

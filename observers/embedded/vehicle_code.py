@@ -6,8 +6,7 @@ import casadi as ca
 
 from observers.embedded.generated_files import mark, write_generated
 from observers.embedded.jinja_templates import render
-from observers.embedded.own_names import with_prefix
-from observers.embedded.scalar_type import Real, code_in_type
+from observers.embedded.scalar_type import Real, code_in_type, with_prefix
 from observers.layout import symbols
 from symbolic.casadi_functions import named_function
 from symbolic.compilation.scalar_c import c_function

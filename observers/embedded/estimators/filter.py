@@ -6,7 +6,6 @@ scalars, with the parameters as numbers.
 
 import casadi as ca
 
-from observers.embedded.constant_substitution import ConstantSubstitution
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
     EstimatorCode,
@@ -16,7 +15,12 @@ from observers.embedded.estimators.sample_functions import (
     stiffness_ratio,
 )
 from observers.embedded.patches.patch_code import PatchCode
-from observers.embedded.scalar_expansion import drop_unused_inputs, inputs_used, with_known_exponential
+from observers.embedded.scalar_expansion import (
+    ConstantSubstitution,
+    drop_unused_inputs,
+    inputs_used,
+    with_known_exponential,
+)
 from observers.estimators.ekf import build_ekf_step, ekf_layout
 from observers.estimators.initial_state import build_initial_state
 from observers.layout import Layout

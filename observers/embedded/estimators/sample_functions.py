@@ -7,9 +7,8 @@ from typing import Any
 
 import casadi as ca
 
-from observers.embedded.constant_substitution import ConstantSubstitution
 from observers.embedded.patches.patch_code import PatchCode
-from observers.embedded.scalar_expansion import inputs_used
+from observers.embedded.scalar_expansion import ConstantSubstitution, inputs_used
 from observers.estimators.mhe_recursions import build_filter_step
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named, outputs_of

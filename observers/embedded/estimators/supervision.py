@@ -9,10 +9,14 @@ from typing import Any
 
 import casadi as ca
 
-from observers.embedded.constant_substitution import ConstantSubstitution, Tunable
 from observers.embedded.jinja_templates import ObserverBody, render
 from observers.embedded.rolled_c import rolled_c
-from observers.embedded.scalar_expansion import expand_with_constants, without_outputs
+from observers.embedded.scalar_expansion import (
+    ConstantSubstitution,
+    Tunable,
+    expand_with_constants,
+    without_outputs,
+)
 from observers.embedded.scalar_type import Real
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named, symbols, vector_of

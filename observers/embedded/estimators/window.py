@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from observers.embedded.constant_substitution import ConstantSubstitution
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
     EstimatorCode,
@@ -20,6 +19,7 @@ from observers.embedded.estimators.sample_functions import (
     stored_rows,
 )
 from observers.embedded.patches.patch_code import PatchCode, window_of
+from observers.embedded.scalar_expansion import ConstantSubstitution
 from observers.estimators.initial_state import build_initial_state
 from observers.estimators.mhe_recursions import (
     arrival_variance_increment,
