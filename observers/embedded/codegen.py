@@ -177,6 +177,13 @@ def _placeholders(observer: FunctionObserver, real: Real, name: str, tunable: Tu
         "title": f"{observer.title}; {real.c_type}.",
         "rig_comment": _rig_comment(observer, tunable),
         "torque": observer.channel,
+        # Fields of a sample, and their places among the inputs of a program.
+        "sensors": (
+            ("psi", "PSI"),
+            ("psi_dot", "PSI_DOT"),
+            (observer.channel, "TORQUE"),
+            ("F_N", "LOAD"),
+        ),
         "torques": SAMPLE[len(SIGNALS) :],
         "raw_torques": "".join(
             f", sample->{name}" if name == observer.channel else f", ({real.c_type})NAN"

@@ -30,10 +30,7 @@ static void reset_state(fmu_state_t *state) {
    steps vary; the first sample has none and takes `step`. */
 static void take_sample(fmu_state_t *state, double at, double step) {
     ${name}_sample_t sample;
-    sample.psi = (${real})state->inputs[PSI];
-    sample.psi_dot = (${real})state->inputs[PSI_DOT];
-    sample.${torque} = (${real})state->inputs[TORQUE];
-    sample.F_N = (${real})state->inputs[LOAD];
+    sample.${field} = (${real})state->inputs[${place}]; %% for field, place in sensors
     sample.dt = (${real})(state->sampled ? at - state->last_point : step);
     (void)${name}_step(&state->observer, &sample);
     state->last_point = at;

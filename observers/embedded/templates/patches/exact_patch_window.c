@@ -27,25 +27,7 @@ static void kept_torque(const ${name}_state_t *state, int32_t at, ${real} mu, ${
     torque[BY_STIFFNESS] = ${k} * (total - scale * by_scale);
 }
 
-/* What is kept of samples before the first one, whose signals are given. */
-static void begin_kept(${name}_state_t *state, const ${real} *signals) {
-    int32_t i;
-%% if effects and angle_is_state
-    /* The torque beside the patch moves the wheel from the first sample on. */
-    ${real} terms[TERMS]${", own_next[%s]" % own if own};
-    sample_terms(signals, ${"state->patch.own, " if own}terms${", own_next" if own});
-%% else
-    (void)signals;
-%% endif
-    for (i = 0; i < ${window}; ++i) {
-        state->slope[i] = 0.0;
-        state->beside[i] = ${"terms[TERM_TORQUE]" if angle_is_state else "0.0"}; %% if effects
-        state->corners[i] = 0;
-        state->angle[i] = 0.0; %% if angle_is_state
-        state->by_angle[i] = 0.0; %% if angle_is_state
-    }
-}
-
+%% include "patches/begin_kept.c"
 /* Advances the patch to the signals of a sample, and stores what the window keeps of it. */
 static void follow_sample(${name}_state_t *state, int32_t at, const ${real} *signals, ${real} mu, ${real} stiffness, const ${real} *retention, ${real} *slide) {
     const ${name}_patch_t *patch = &state->patch; %% if rig_at_run_time
