@@ -9,6 +9,7 @@ import casadi as ca
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
     EstimatorCode,
+    begin_estimator,
     effective_friction,
     function_of_symbols,
     retentions,
@@ -22,7 +23,6 @@ from observers.embedded.scalar_expansion import (
     with_known_exponential,
 )
 from observers.estimators.ekf import build_ekf_step, ekf_layout
-from observers.estimators.initial_state import build_initial_state
 from observers.layout import Layout
 from observers.measurement.directional_friction import EXCHANGED, OTHER
 from observers.measurement.linearisation import angle_is_state, slope_states, state_index
@@ -45,7 +45,8 @@ def compact_filter(patch: PatchCode, constants: ConstantSubstitution) -> Estimat
     kept = Layout(tuple(field for field in parts.fields if field[0] in used - {"memory"}))
     names = [name for name, _, _ in kept.fields]
     step = drop_unused_inputs(step, {name for name, _, _ in parts.fields} - {*names, "memory"})
-    functions = [_begin(patch, constants, parts, names), step]
+    begin = begin_estimator("begin_filter", patch, parts, {name: f"first_{name}" for name in names})
+    functions = [constants.fill("begin_filter", begin), step]
     if patch.follows_mu:
         factor = ca.MX.sym("factor", *parts.places["factor"][1])
         functions.append(
@@ -85,18 +86,6 @@ def compact_filter(patch: PatchCode, constants: ConstantSubstitution) -> Estimat
         "    NAME_patch_t patch;",
         bytes=2 * kept.size * patch.real.size,
     )  # fmt: skip
-
-
-def _begin(
-    patch: PatchCode, constants: ConstantSubstitution, parts: Layout, kept: list[str]
-) -> ca.Function:
-    """(sample) -> the kept parts before it."""
-    start = build_initial_state(patch.torque_model, patch.observer.measurement_model, parts)
-    sample, vector = (ca.MX.sym(start.name_in(i), start.numel_in(i)) for i in range(2))
-    first = parts.split(start(sample, vector))
-    outputs = {f"first_{name}": first[name] for name in kept}
-    begin = function_of_symbols("begin_filter", [sample, vector], **outputs)
-    return constants.fill("begin_filter", begin)
 
 
 def _build_step(patch: PatchCode, constants: ConstantSubstitution, parts: Layout) -> ca.Function:

@@ -9,9 +9,10 @@ import casadi as ca
 
 from observers.embedded.patches.patch_code import PatchCode
 from observers.embedded.scalar_expansion import ConstantSubstitution, inputs_used
+from observers.estimators.initial_state import build_initial_state
 from observers.estimators.mhe_recursions import build_filter_step
 from observers.estimators.model_observer import ModelObserver
-from observers.layout import named, outputs_of
+from observers.layout import Layout, named, outputs_of
 from observers.measurement.linearisation import (
     build_clean,
     build_linearised_motion,
@@ -50,6 +51,14 @@ def function_of_symbols(name: str, inputs: Sequence[ca.MX], **outputs: ca.MX) ->
     """A Function whose inputs have the names of their symbols."""
     columns = {name: ca.densify(ca.vec(ca.MX(output))) for name, output in outputs.items()}
     return named_function(name, {symbol.name(): symbol for symbol in inputs}, columns)
+
+
+def begin_estimator(name: str, patch: PatchCode, parts: Layout, names: Mapping[str, str]) -> ca.Function:
+    """(sample, constants) -> parts of the state before a first sample, by their names as outputs."""
+    start = build_initial_state(patch.torque_model, patch.observer.measurement_model, parts)
+    sample, constants = (ca.MX.sym(start.name_in(i), start.numel_in(i)) for i in range(2))
+    first = parts.split(start(sample, constants))
+    return function_of_symbols(name, [sample, constants], **{names[part]: first[part] for part in names})
 
 
 def clean_and_patch_signals(observer: ModelObserver) -> list[ca.Function]:

@@ -11,6 +11,7 @@ import casadi as ca
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
     EstimatorCode,
+    begin_estimator,
     function_of_symbols,
     memory_with,
     motion_depends_on_patch_torque,
@@ -20,7 +21,6 @@ from observers.embedded.estimators.sample_functions import (
 )
 from observers.embedded.patches.patch_code import PatchCode, window_of
 from observers.embedded.scalar_expansion import ConstantSubstitution
-from observers.estimators.initial_state import build_initial_state
 from observers.estimators.mhe_recursions import (
     arrival_variance_increment,
     build_acceptance_update,
@@ -157,11 +157,7 @@ class WindowFunctions:
         """(sample) -> mean, factor, last."""
         n = len(self.model.states)
         parts = Layout.of(mean=n, factor=(n, n), last=len(CLEAN))
-        start = build_initial_state(self.patch.torque_model, self.model, parts)
-        sample, constants = (ca.MX.sym(start.name_in(i), start.numel_in(i)) for i in range(2))
-        return function_of_symbols(
-            "begin_window", [sample, constants], **parts.split(start(sample, constants))
-        )
+        return begin_estimator("begin_window", self.patch, parts, {name: name for name in parts.places})
 
     def limit(self) -> ca.Function:
         """(x) -> within bounds."""
