@@ -83,13 +83,8 @@ def generate_fmu(
 ) -> Path:  # fmt: skip
     """Write an observer as `name`.fmu: co-simulation, sources, a library for 64-bit Linux.
 
-    Args:
-        observer: an `Ekf`, an `Mhe`, or any other `FunctionObserver`.
-        folder: where the file goes; it is created if necessary.
-        real: the type of every number inside; the variables are double in any case.
-        name: of the model, and of the file.
-        version: of FMI, 2 (2.0) or 3 (3.0).
-        tunable: what are tunable parameters of the FMU, see `generate`.
+    The version is that of FMI, 2 (2.0) or 3 (3.0); all other arguments are as for `generate`. Variables
+    are double, whatever the type inside; parameters are tunable ones of the FMU.
 
     Returns:
         The file; its bytes follow from the arguments, the compiler and the versions in use.

@@ -16,16 +16,9 @@ from symbolic.vehicle.vehicle import Vehicle
 
 
 def generate_vehicle(vehicle: Vehicle, folder: str | Path, real: Real, *, name: str) -> list[Path]:
-    """Write NAME_vehicle.h beside the C of an observer: rack or handwheel to `NAME_sample_t`.
+    """Write and return NAME_vehicle.h beside an observer's C: rack or handwheel to `NAME_sample_t`.
 
-    Args:
-        vehicle: the vehicle, whose `brakes` say whether the wheels are held.
-        folder: where the observer's C is.
-        real: the type of every number.
-        name: of that C.
-
-    Returns:
-        The file.
+    Folder, type and name are those of that C; the vehicle's `brakes` say whether the wheels are held.
     """
     written = [c_function(f.name(), f, real.c_type) for f in vehicle_functions(vehicle)]
     terms = {
