@@ -166,12 +166,8 @@ def _placeholders(observer: FunctionObserver, real: Real, name: str, tunable: Tu
     if tunable:
         changed = parameter_placeholders(observer, run_time_parameters(observer, tunable), real)
     return {
-        "tunable": tunable,
-        "constants_at": ", state->constants" if tunable else "",
-        "name": name,
-        "NAME": name.upper(),
-        "real": real.c_type,
-        "digits": real.digits,
+        "tunable": tunable, "constants_at": ", state->constants" if tunable else "",
+        "name": name, "NAME": name.upper(), "real": real.c_type, "digits": real.digits,
         **_limit(observer, real),
         **_weaker_direction(observer, real, tunable),
         "title": f"{observer.title}; {real.c_type}.",
@@ -191,12 +187,8 @@ def _placeholders(observer: FunctionObserver, real: Real, name: str, tunable: Tu
         ),
         "torque_meaning": TORQUE_MEANING[observer.channel],
         "uses_rate": "psi_dot" in INPUTS_OF[observer.channel],
-        "brushgrip": version(),
-        "generated": mark(),
-        "casadi": ca.CasadiMeta.version(),
-        "flags": STATUS_FLAGS,
-        "output": OUTPUT,
-        "estimate": ESTIMATE,
+        "brushgrip": version(), "generated": mark(), "casadi": ca.CasadiMeta.version(),
+        "flags": STATUS_FLAGS, "output": OUTPUT, "estimate": ESTIMATE,
         "numbers": tuple(name for name in OUTPUT if name != "status"),
         "constants": [
             (real.literal(value), label)
@@ -221,7 +213,7 @@ def _placeholders(observer: FunctionObserver, real: Real, name: str, tunable: Tu
         "largest_value": repr(SENSIBLE),
         "least_first_load": repr(MIN_FIRST_LOAD),
         **changed,
-    }
+    }  # fmt: skip
 
 
 def _rig_comment(observer: FunctionObserver, tunable: Tunable) -> str:
