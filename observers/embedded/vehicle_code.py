@@ -6,8 +6,7 @@ import casadi as ca
 
 from observers.embedded.generated_files import mark, write_generated
 from observers.embedded.jinja_templates import render
-from observers.embedded.own_names import with_prefix
-from observers.embedded.scalar_type import Real, code_in_type
+from observers.embedded.scalar_type import Real, code_in_type, with_prefix
 from observers.layout import symbols
 from symbolic.casadi_functions import named_function
 from symbolic.compilation.scalar_c import c_function
@@ -17,16 +16,9 @@ from symbolic.vehicle.vehicle import Vehicle
 
 
 def generate_vehicle(vehicle: Vehicle, folder: str | Path, real: Real, *, name: str) -> list[Path]:
-    """Write NAME_vehicle.h beside the C of an observer: rack or handwheel to `NAME_sample_t`.
+    """Write and return NAME_vehicle.h beside an observer's C: rack or handwheel to `NAME_sample_t`.
 
-    Args:
-        vehicle: the vehicle, whose `brakes` say whether the wheels are held.
-        folder: where the observer's C is.
-        real: the type of every number.
-        name: of that C.
-
-    Returns:
-        The file.
+    Folder, type and name are those of that C; the vehicle's `brakes` say whether the wheels are held.
     """
     written = [c_function(f.name(), f, real.c_type) for f in vehicle_functions(vehicle)]
     if vehicle.rack_by_handwheel:

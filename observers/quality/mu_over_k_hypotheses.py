@@ -99,8 +99,8 @@ def hypothesis_fields(gear: bool) -> tuple[str, ...]:
 @cache
 def search_layout(gear: bool) -> Layout:
     """State of the acquisition."""
-    sizes = (("track", len(TRACK), 1), ("points", POINTS, PATHS))
-    return Layout((*sizes, ("hypotheses", len(hypothesis_fields(gear)), len(RATIOS))))
+    hypotheses = (len(hypothesis_fields(gear)), len(RATIOS))
+    return Layout.of(track=len(TRACK), points=(POINTS, PATHS), hypotheses=hypotheses)
 
 
 def acquisition_settings(tuning: Parts, misfit: float, again: Expression) -> Expression:

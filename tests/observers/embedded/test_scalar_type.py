@@ -7,8 +7,14 @@ import numpy as np
 import pytest
 
 from observers.embedded import generate
-from observers.embedded.own_names import defined_names, with_prefix
-from observers.embedded.scalar_type import DOUBLE, SINGLE, code_in_type, count_names
+from observers.embedded.scalar_type import (
+    DOUBLE,
+    SINGLE,
+    code_in_type,
+    count_names,
+    defined_names,
+    with_prefix,
+)
 from symbolic import InvalidInputError
 from tests.compile_once import OPTIMISATION
 from tests.observers.embedded.conftest import Generate
