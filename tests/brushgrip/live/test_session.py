@@ -91,9 +91,7 @@ def test_says_what_estimate_says_of_the_recording(observer: str, spoil: bool) ->
 
 
 @pytest.mark.parametrize("name", ["live.mf4", "LIVE.MF4"])
-def test_a_recording_in_mdf_says_the_same_and_has_units(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_recording_in_mdf_is_the_same_with_units(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     asammdf = pytest.importorskip("asammdf", reason="needs brushgrip[mdf]")
     monkeypatch.setattr("brushgrip.live.recorder.GROUP", 100)
     # Times of a file count from its first sample unless it says where they begin.
@@ -112,9 +110,8 @@ def test_a_recording_of_another_format_is_refused_before_the_source_is_opened(
     run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     named = ("live", "udp:5005", "--rig", RIG, "--no-page", "--record")
-    run(*named, "run.csv").refused(
-        "run.csv: a recording is Parquet or MDF4; end its name in .parquet or .mf4"
-    )
+    formats = "run.csv: a recording is Parquet or MDF4; end its name in .parquet or .mf4"
+    run(*named, "run.csv").refused(formats)
     monkeypatch.setitem(sys.modules, "asammdf", None)
     run(*named, "run.mf4").refused("pip install 'brushgrip[mdf]'")
 
@@ -284,8 +281,7 @@ def test_a_rate_of_the_other_sign_is_never_usable() -> None:
     rate = np.gradient([row["psi"] for row in rows], 0.01)
     for row, psi_dot in zip(rows, rate.tolist(), strict=True):
         row["psi_dot"] = -psi_dot
-    session = run_to_end(session_over(rows, Path("run.parquet")))
-    state = session.state()
+    state = run_to_end(session_over(rows, Path("run.parquet"))).state()
 
     assert "psi_dot is -1 times the derivative of psi" in state.status
     assert "friction was never usable" in state.status
@@ -494,9 +490,8 @@ def test_the_end_of_a_source_is_no_dead_sensor() -> None:
     assert state.status == "the source has ended: friction was never usable"
     assert usability_of(state) == "ended"
     store(session, KNOWN, t=1.5)
-    assert (
-        session.state().status == "the source has ended: friction was 0.80 ± 0.20 at 1.5 s, last usable"
-    )
+    last = "the source has ended: friction was 0.80 ± 0.20 at 1.5 s, last usable"
+    assert session.state().status == last
 
 
 def test_the_end_of_a_source_tells_no_friction_that_what_follows_contradicts() -> None:

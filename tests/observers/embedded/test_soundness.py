@@ -248,10 +248,6 @@ def test_cppcheck_has_no_finding(generated: Generate, acquire: bool) -> None:
     asked = ["--std=c99", "--enable=warning,performance,portability", "--error-exitcode=1", "--quiet"]
     for kind in ("ekf", "mhe"):
         code = generated(observer_named(f"{kind} declared aligning", acquire=acquire), SINGLE)
-        found = subprocess.run(
-            [cppcheck, *asked, "brushgrip.c", "main.c", "check.c"],
-            cwd=code.folder,
-            capture_output=True,
-            text=True,
-        )
+        command = [cppcheck, *asked, "brushgrip.c", "main.c", "check.c"]
+        found = subprocess.run(command, cwd=code.folder, capture_output=True, text=True)
         assert found.returncode == 0, found.stderr
