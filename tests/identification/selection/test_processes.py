@@ -13,26 +13,11 @@ import pytest
 
 from identification import Recording, diagnose, search
 from symbolic import BrushgripError, Effect, InvalidInputError, Parameter
+from tests.contributing import example
 from tests.identification.factories import read_campaign, with_torque
 from tests.refusal import refused
 
-BOOT = """
-from dataclasses import dataclass
-from symbolic import Effect, Parameter
-
-@dataclass(frozen=True, kw_only=True)
-class Boot(Effect):
-    name: str = "boot"
-    summary: str = "a spring by the cube of the angle"
-    parameters: tuple[Parameter, ...] = (
-        Parameter(name="c", unit="N m", neutral=0.0, start=1.0, lower=0.0, upper=1e3, scale=10.0),
-    )
-
-    def torque(self, signals, values):
-        return -values["c"] * signals.psi**3
-
-EFFECTS = [Boot()]
-"""
+BOOT = example("new effect") + "\nEFFECTS = [BootSpring()]\n"
 SEARCH = """
 from identification import search
 from symbolic import InvalidInputError
@@ -64,7 +49,7 @@ def boot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType
 def test_a_users_effect_goes_to_the_processes(boot: ModuleType, recordings: list[Recording]) -> None:
     (one,) = diagnose(recordings, jobs=2, candidates=boot.EFFECTS).effects
 
-    assert one.name == "boot"
+    assert one.name == "boot_spring"
     assert one.parameters["c"].value == pytest.approx(150, rel=0.1)
 
 
@@ -107,5 +92,6 @@ def test_a_class_of_a_main_module_without_a_file_is_refused(repository_root: Pat
     for how, text in (["-c", BOOT + SEARCH], None), (["-"], BOOT + SEARCH):
         command, told = [sys.executable, *how], {"capture_output": True, "text": True}
         ended = subprocess.run(command, input=text, cwd=repository_root, **told)
-        assert ended.stdout.startswith("effect 'boot' cannot be taken to the processes"), ended.stderr
+        told = "effect 'boot_spring' cannot be taken to the processes"
+        assert ended.stdout.startswith(told), ended.stderr
         assert "put the effect into a module of its own, or use jobs=1" in ended.stdout
