@@ -293,14 +293,15 @@ def test_the_rival_of_the_last_effect_is_tried_where_nothing_can_be_added(pair: 
     assert path(searched(runner, "abc")) == ["a"], "b did not do as well"
 
 
+def added(pair: Pair, names: str, rivals: str, trials: tuple[Trial, ...]) -> SearchStep:
+    """A step to these effects, which the rivals equal."""
+    equals, before = tuple(map(effect_of, rivals)), {"before": pair[0], "coarse_before": pair[0]}
+    after = with_effects(pair[0], names)
+    return SearchStep(**before, trials=trials, after=after, indistinguishable=equals)
+
+
 def test_a_rival_with_more_parameters_is_not_tried(pair: Pair) -> None:
-    step = SearchStep(
-        before=pair[0],
-        coarse_before=pair[0],
-        trials=both(pair, 0.0, 1.5),
-        after=with_effects(pair[0], "b"),
-        indistinguishable=(effect_of("a"),),
-    )
+    step = added(pair, "b", "a", both(pair, 0.0, 1.5))
 
     assert step.equal_rival is None, "a has one more"
     others = replace(step, after=with_effects(pair[0], "a"), indistinguishable=(effect_of("b"),))
@@ -361,13 +362,7 @@ def test_a_difference_of_no_worth_does_not_distinguish(pair: Pair) -> None:
 
 
 def test_the_nearest_rival_is_the_best_of_those_that_are_as_good(pair: Pair) -> None:
-    step = SearchStep(
-        before=pair[0],
-        coarse_before=pair[0],
-        trials=tuple(with_effects(pair[0], name) for name in "abcd"),
-        after=with_effects(pair[0], "a"),
-        indistinguishable=(effect_of("d"), effect_of("c")),
-    )
+    step = added(pair, "a", "dc", tuple(with_effects(pair[0], name) for name in "abcd"))
 
     assert step.nearest_rival == effect_of("c")
 

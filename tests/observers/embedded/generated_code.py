@@ -43,7 +43,6 @@ STRICT = (
 _COMPLIANT = {"rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0}
 EFFECTS = found_model(_COMPLIANT)
 FEW_BRISTLES = found_model(_COMPLIANT, bristles=8)
-FEW_BRISTLES = found_model(_COMPLIANT, bristles=8)
 """The same effects for tests of the code, in which the number of bristles does not matter."""
 _MAXWELL = {"viscoelastic_relaxation.gain": 0.3, "viscoelastic_relaxation.time": 0.5}
 RELAXING = found_model(_MAXWELL, bristles=8)

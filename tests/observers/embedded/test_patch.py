@@ -63,8 +63,9 @@ class Patch:
         angles, actual = psi.astype(self.real.dtype), np.zeros((psi.size, 4), self.real.dtype)
         patch = ctypes.create_string_buffer(self._library.patch_size())
         self._library.patch_init(patch, number(float(angles[0])))
-        angles, level, seen = [ctypes.c_void_p(array.ctypes.data) for array in (angles, level, actual)]
-        self._library.patch_run(patch, ctypes.c_int64(psi.size), angles, level, number(mu / K), seen)
+        inputs = [ctypes.c_void_p(array.ctypes.data) for array in (angles, level)]
+        seen = number(mu / K), ctypes.c_void_p(actual.ctypes.data)
+        self._library.patch_run(patch, ctypes.c_int64(psi.size), *inputs, *seen)
         moment, by_scale, by_psi, corners = actual.astype(float).T
         return PatchPath(K * moment, by_scale, K * by_psi, corners)
 
