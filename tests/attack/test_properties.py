@@ -29,13 +29,8 @@ CHANNELS = ("psi", "F_N", "M_z", "psi_dot")
 def turning() -> dict[str, np.ndarray]:
     t = np.arange(N) * 0.02
     psi = 0.3 * np.sin(2 * np.pi * t / 0.5)
-    return {
-        "t": t,
-        "psi": psi,
-        "F_N": np.full(N, 400.0),
-        "M_z": -7 * np.tanh(20 * psi) + 0.05 * np.cos(40 * t),
-        "psi_dot": np.gradient(psi, t),
-    }
+    M_z = -7 * np.tanh(20 * psi) + 0.05 * np.cos(40 * t)
+    return {"t": t, "psi": psi, "F_N": np.full(N, 400.0), "M_z": M_z, "psi_dot": np.gradient(psi, t)}
 
 
 @st.composite

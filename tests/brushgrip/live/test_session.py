@@ -238,13 +238,10 @@ def test_an_old_estimate_is_not_usable() -> None:
     assert session.state().status == "no sample for 1 s"
 
 
-def test_a_torque_that_seems_to_end_by_its_sensor_is_told_unless_its_range_is_declared(
-    tmp_path: Path,
-) -> None:
+def test_a_torque_that_seems_to_end_by_its_sensor_is_told_unless_its_range_is_declared() -> None:
     made = make_recording(590_021, mu=0.8, duration=14.0, bristles=500)
-    columns = zip(made.t, made.psi, made.F_N, 2.0 * np.tanh(made.M_z / 2.0), strict=True)
-    rows = [dict(zip(("t", "psi", "F_N", "M_z"), map(float, row), strict=True)) for row in columns]
-    declared = tmp_path / "rig.toml"
+    rows = rows_by_column(t=made.t, psi=made.psi, F_N=made.F_N, M_z=2.0 * np.tanh(made.M_z / 2.0))
+    declared = Path("rig.toml")
     declared.write_text(f"{RIG.read_text()}[sensor]\nrange = 1.0\n")
     soft, straight = (run_to_end(session_over(rows, rig=rig)).state().note for rig in (RIG, declared))
     assert soft.startswith("the torque seems to end at 2 N m")

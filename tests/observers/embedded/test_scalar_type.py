@@ -30,15 +30,11 @@ static double f(double x1) {
 
 
 def test_literals_and_functions_are_of_the_type() -> None:
-    assert code_in_type(CODE, SINGLE) == (
-        CODE.replace("sqrt(x1)", "sqrtf(x1)")
-        .replace(" 2. ", " 2.f ")
-        .replace("1.5e-3 ", "1.5e-3f ")
-        .replace(" .5 ", " .5f ")
-        .replace(" 1e9 ", " 1e9f ")
-    )
+    once, expected = code_in_type(CODE, SINGLE), CODE.replace("sqrt(x1)", "sqrtf(x1)")
+    for literal in (" 2.", "1.5e-3", " .5", " 1e9"):
+        expected = expected.replace(f"{literal} ", f"{literal}f ")
+    assert once == expected
     assert code_in_type(CODE, DOUBLE) == CODE
-    once = code_in_type(CODE, SINGLE)
     assert code_in_type(once, SINGLE) == once
 
 

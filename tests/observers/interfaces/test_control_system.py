@@ -34,14 +34,8 @@ def columns_of(made: RigRecording) -> dict[str, Array]:
     chosen = slice(100, 100 + COUNT)
     psi, M_z = made.psi[chosen], made.M_z[chosen]
     t = 0.01 * np.arange(COUNT)
-    return {
-        "t": t,
-        "psi": psi,
-        "psi_dot": causal_rate(t, psi),
-        "F_N": made.F_N[chosen],
-        "M_z": M_z,
-        "M": -M_z,
-    }
+    motion = {"t": t, "psi": psi, "psi_dot": causal_rate(t, psi)}
+    return motion | {"F_N": made.F_N[chosen], "M_z": M_z, "M": -M_z}
 
 
 def first_of(columns: dict[str, Array]) -> Sample:
