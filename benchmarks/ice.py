@@ -99,7 +99,8 @@ def outcome(task: tuple[IceCase, int]) -> IceOutcome:
     mu = float(np.exp(rng.uniform(*np.log(BANDS[seed % len(BANDS)]))))
     a, k = RIG.a + _even(rng, "a"), K * (1 + _even(rng, "k"))
     late = np.random.default_rng([seed, 778])
-    gain = 1 + case.stated * _gain_error(late, k)
+    stiffness_std = tuning_with_tolerances(Tuning(), RIG, K).stiffness_std
+    gain = 1 + case.stated * gain_error(late, k / K - 1, stiffness_std)
     k /= gain
     tyre = RigTyre(a=a, e=RIG.e + case.stated * _even(late, "e"), k=k, mu=mu)
     load, duration = float(rng.uniform(250, 600)), float(rng.uniform(4, 15))
@@ -133,10 +134,12 @@ def outcome(task: tuple[IceCase, int]) -> IceOutcome:
     return _judged(estimates, made.psi, truth, mu)
 
 
-def _gain_error(rng: np.random.Generator, k: float) -> float:
-    """How far off the torque's gain is [1], as an observer reckons with where k seems off."""
-    std = tuning_with_tolerances(Tuning(), RIG, K).stiffness_std
-    return GAIN_SHARE * max(0.0, abs(k / K - 1) - GAIN_FREE * std) * float(rng.standard_normal())
+def gain_error(rng: np.random.Generator, off: float, std: float) -> float:
+    """How far off the torque's gain is [1], as an observer reckons with where k is off by so much [1].
+
+    `std` is the deviation of k that it was told [1].
+    """
+    return GAIN_SHARE * max(0.0, abs(off) - GAIN_FREE * std) * float(rng.standard_normal())
 
 
 def _stated(rng: np.random.Generator, M_z: Any, psi: Any, load: float, tuning: Tuning) -> Any:

@@ -2,12 +2,15 @@
 
     python benchmarks/least_steering.py --runs 40
     python benchmarks/least_steering.py --runs 40 --fixed
+    python benchmarks/least_steering.py --runs 40 --stated
 
 The wheel is the independent rig's, on bristles. mu is log-uniform within bands of 0.05 to 1.2; half-
 length, caster, load, k and the torque's zero of the truth are drawn from the tolerances of a rig that
 was measured, declared with the noise to an observer with the tuning `clean`. k is a state of the
 observer, not so with --fixed. The torque has white noise of 0.5 % of full slide at mu = 1, the angle
-steps of 14 bits, and the wheel follows its command with a lag of 30 ms.
+steps of 14 bits, and the wheel follows its command with a lag of 30 ms. With --stated the truth has the
+other errors that the observer reckons with, too: of the model, a walk of the zero, and a scale of the
+torque that hides in k.
 
 Travel counts until the observer's own estimate is usable with sigma/mu within the target: along a path
 over the prior that is planned beforehand (plan), led by a Probe until it says so (probe), along the plan
@@ -25,6 +28,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.ice import MIN_TURN, gain_error
 from observers import PROFILES, AligningTorque, Ekf, Loop, Plan, Probe, Sample, SteeringLimits, plan
 from reference_rig import FOURTEEN_BIT_STEP, RigTyre, SteeredWheel
 from symbolic import Model, Rig, Tolerances
@@ -56,13 +60,16 @@ class Reached:
 class RigWheel:
     """The rig's wheel as drawn, steered sample by sample."""
 
-    def __init__(self, seed: int, mu: float) -> None:
+    def __init__(self, seed: int, mu: float, *, stated: bool = False) -> None:
         """Draw it."""
         self.rng, off = np.random.default_rng([seed, 3]), np.random.default_rng([seed, 7])
         self.off = {name: float(off.uniform(-most, most)) for name, most in OFF.items()}
         a, e, k = 0.045 + self.off["a"], 0.009 + self.off["e"], K * (1 + self.off["k"])
         load = LOAD * (1 + self.off["load"])
-        self.wheel = SteeredWheel(RigTyre(a=a, e=e, k=k, mu=mu), load=load)
+        self.late, self.stated = np.random.default_rng([seed, 8]), stated
+        self.gain = 1 + stated * gain_error(self.late, self.off["k"], OFF["k"] / np.sqrt(3))
+        self.error, self.walk = float(self.late.standard_normal()), 0.0
+        self.wheel = SteeredWheel(RigTyre(a=a, e=e, k=k / self.gain, mu=mu), load=load)
 
     @property
     def psi(self) -> float:
@@ -73,9 +80,18 @@ class RigWheel:
         """The sample after a step toward the command."""
         before = self.psi
         M_z = self.wheel.turn(before + (command - before) * DT / (DT + LAG), DT)
+        M_z = self._with_stated_errors(M_z, abs(self.psi - before)) if self.stated else M_z
         noise = SLIDE * (self.off["zero"] + NOISE * self.rng.standard_normal())
         psi = FOURTEEN_BIT_STEP * round(self.psi / FOURTEEN_BIT_STEP)
         return Sample(psi=psi, psi_dot=(self.psi - before) / DT, F_N=LOAD, dt=DT, M_z=M_z + noise)
+
+    def _with_stated_errors(self, M_z: float, turned: float) -> float:
+        """The torque [N m] with the scale, the model's error after a turn [rad], and the zero's walk."""
+        tuning, (one, other) = PROFILES["clean"], self.late.standard_normal(2)
+        kept = np.exp(-2 * turned / max(tuning.error_travel, MIN_TURN))
+        self.error = kept * self.error + np.sqrt(1 - kept**2) * one
+        self.walk += SLIDE * tuning.zero_walk * np.sqrt(DT) * other
+        return float(self.gain * M_z * (1 + tuning.error * self.error) + self.walk)
 
 
 def observer_of(*, fixed: bool = False) -> Ekf:
@@ -162,15 +178,17 @@ def in_every_way(
     }
 
 
-def run(task: tuple[int, bool, float]) -> tuple[float, dict[str, Reached]]:
+def run(task: tuple[int, bool, float, bool]) -> tuple[float, dict[str, Reached]]:
     """One wheel, steered in every way."""
-    seed, fixed, target = task
+    seed, fixed, target, stated = task
     rng = np.random.default_rng([seed, 1])
     mu = float(np.exp(rng.uniform(*np.log([*GROUNDS.values()][seed % len(GROUNDS)]))))
     observer = observer_of(fixed=fixed)
     known = plan(observer, target, LIMITS, LOAD, mus=(mu,), coarse=True)
     plans = (plan_over_grounds(fixed, target), prepared(fixed, target), known)
-    return mu, in_every_way(observer, lambda: RigWheel(seed, mu), mu, target, *plans, pulse=0.75)
+    return mu, in_every_way(
+        observer, lambda: RigWheel(seed, mu, stated=stated), mu, target, *plans, pulse=0.75
+    )
 
 
 def report(outcomes: Sequence[tuple[float, dict[str, Reached]]]) -> None:
@@ -224,8 +242,9 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=FIRST_SEED, help="of the first run")
     parser.add_argument("--fixed", action="store_true", help="k is no state of the observer")
     parser.add_argument("--target", type=float, default=0.05)
+    parser.add_argument("--stated", action="store_true", help="draw all errors that the observer states")
     given = parser.parse_args()
-    tasks = [(given.seed + i, given.fixed, given.target) for i in range(given.runs)]
+    tasks = [(given.seed + i, given.fixed, given.target, given.stated) for i in range(given.runs)]
     with ProcessPoolExecutor() as pool:
         report(list(pool.map(run, tasks)))
 

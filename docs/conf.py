@@ -40,6 +40,8 @@ GALLERY = [
     "estimate_in_a_loop",
     "find_the_missing_effect",
     "free_decay",
+    "least_steering",
+    "live_session",
     "observability",
     "own_effect",
     "own_observer",
@@ -48,7 +50,10 @@ GALLERY = [
     "trade_offs",
 ]
 """Examples that need nothing but the checkout and end in a minute or so; each is run for its page."""
-DRAWING = ["change_of_surface", "free_decay", "observability", "towing", "trade_offs"]
+DRAWING = [
+    *("change_of_surface", "free_decay", "least_steering", "live_session"),
+    *("observability", "towing", "trade_offs"),
+]
 """Those that draw a picture where one is named."""
 
 

@@ -7,6 +7,8 @@ on four grounds, none of which it knows; beside it the sine that one would steer
 .. code-block:: sh
 
     python examples/least_steering.py [PICTURE.png]
+
+:doc:`/start/least_steering` tells how to plan, what it costs and what cannot be reached.
 """
 
 import sys

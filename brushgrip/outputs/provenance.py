@@ -1,7 +1,6 @@
 """Where results come from: version, time, command line, and the inputs with their digests."""
 
 import hashlib
-import importlib.metadata
 import json
 import os
 from collections.abc import Mapping, Sequence
@@ -18,6 +17,7 @@ from identification.reading.rigfile import read_rig
 from symbolic import InvalidInputError, rig_from_tables
 from symbolic.errors import printable
 from symbolic.tables.toml_and_json_parsing import toml_of
+from symbolic.version import version
 
 KEY = "provenance"
 """Where provenance stands in a JSON document."""
@@ -51,14 +51,6 @@ def provenance_of(
         "model": None if model is None else _file(model),
         "settings": settings,
     }
-
-
-def version() -> str:
-    """The version of brushgrip; a checkout that is not installed has none."""
-    try:
-        return importlib.metadata.version("brushgrip")
-    except importlib.metadata.PackageNotFoundError:
-        return "(not installed)"
 
 
 def digest_of(path: Path) -> str:

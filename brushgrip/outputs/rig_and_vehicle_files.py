@@ -1,14 +1,13 @@
 """Rig files and vehicle files with what was identified."""
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from identification import Decay, FreeDecay, ParameterEstimate, SignalMap, read_rig, read_signals
 from identification.reading.checked_file_reading import read_bytes
 from identification.reading.rigfile import rig_text, signals_section
+from identification.reading.signal_map import toml_value
 from identification.steering.full_slide_calibration import TyresResult
 from identification.steering.gear_friction_on_plates import PlatesResult
 from symbolic import InvalidInputError, Rig, Tyre
@@ -93,15 +92,9 @@ def identified_vehicle_text(
     for name, new in changes.items():
         section[name] = {"value": new[0], "tolerance": new[1]} if isinstance(new, tuple) else new
     behind = {name: f"  # {comment}" for name, comment in comments.items()}
-    values = (f"{name} = {_toml(one)}{behind.get(name, '')}" for name, one in section.items())
+    values = (f"{name} = {toml_value(one)}{behind.get(name, '')}" for name, one in section.items())
     lines = [f"[{VEHICLE}]", *values, ""]
     return "\n".join(filter(None, ("\n".join(lines), signals_section(read_signals(file)))))
-
-
-def _toml(value: Any) -> str:
-    if isinstance(value, dict):
-        return f"{{ {', '.join(f'{name} = {_toml(one)}' for name, one in value.items())} }}"
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str | bool) else f"{value!r}"
 
 
 def declared_rig(decays: Sequence[Decay], rig: Path | None) -> tuple[Rig, Tyre]:

@@ -12,7 +12,7 @@ from identification.reading.signal_map import (
     join_alternative_maps,
     parse_signals,
     toml_entry,
-    toml_text,
+    toml_value,
 )
 from identification.reading.table import Table
 from symbolic import TOLERATED, InvalidInputError, Rig, Tyre, rig_from_tables
@@ -161,5 +161,5 @@ def signals_section(signals: SignalMap) -> str:
     for one in signals.each if signals.signals or signals.dbc or signals.others else ():
         lines += [f"[[{SIGNALS}]]" if signals.others else f"[{SIGNALS}]"]
         lines += [toml_entry(column, source) for column, source in one.signals.items()]
-        lines += [] if one.dbc is None else [f"{DBC} = {toml_text(str(one.dbc.absolute()))}"]
+        lines += [] if one.dbc is None else [f"{DBC} = {toml_value(str(one.dbc.absolute()))}"]
     return "\n".join([*lines, ""]) if lines else ""

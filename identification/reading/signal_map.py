@@ -240,11 +240,15 @@ def corrected_map(sources: Mapping[str, SignalSource], changed: Mapping[str, Sig
 
 def toml_entry(column: str, source: SignalSource) -> str:
     """As a line of a rig file."""
-    unit = "" if source.unit is None else f", unit = {toml_text(source.unit)}"
-    return f"{column} = {{ channel = {toml_text(source.channel)}, factor = {source.factor!r}{unit} }}"
+    unit = {} if source.unit is None else {"unit": source.unit}
+    return f"{column} = {toml_value({'channel': source.channel, 'factor': source.factor} | unit)}"
 
 
-def toml_text(text: str) -> str:
-    """A string of TOML."""
+def toml_value(value: object) -> str:
+    """A table of TOML on one line, a text or truth, or a number."""
+    if isinstance(value, dict):
+        return f"{{ {', '.join(f'{name} = {toml_value(one)}' for name, one in value.items())} }}"
+    if not isinstance(value, str | bool):
+        return f"{value!r}"
     # Of what a string of TOML may not hold, JSON leaves the character DEL as it is.
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -19,7 +19,7 @@ import numpy as np
 from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_codegen import compact_body, compact_patch
 from observers.embedded.constant_substitution import Tunable
-from observers.embedded.generated_files import mark, require_usable, version, write_generated
+from observers.embedded.generated_files import mark, require_usable, write_generated
 from observers.embedded.jinja_templates import ObserverBody, render
 from observers.embedded.own_names import with_prefix
 from observers.embedded.reference_samples import reference_csv
@@ -47,6 +47,7 @@ from symbolic import SIGNALS, InvalidInputError
 from symbolic.compilation.scalar_c import c_function
 from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_direction_deficit
 from symbolic.tables.found_model import units_of
+from symbolic.version import version
 
 REFUSED = 128
 """Status of a sample that generated code ignores; Python raises an error there."""

@@ -1,6 +1,5 @@
 """Files that may be written: names for generated code, and the mark of what may be replaced."""
 
-import importlib.metadata
 import os
 import re
 import zipfile
@@ -9,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from symbolic import InvalidInputError
+from symbolic.version import version
 
 TAKEN = {
     "a file beside the code, or a target of CMake": """
@@ -81,14 +81,6 @@ _UNREADABLE = (OSError, EOFError, KeyError, RuntimeError, zipfile.BadZipFile, zl
 """What reading an archive may raise."""
 _BEGINNING = 16_384
 """Within so many bytes of a file its mark stands."""
-
-
-def version() -> str:
-    """The version of brushgrip; a checkout that is not installed has none."""
-    try:
-        return importlib.metadata.version("brushgrip")
-    except importlib.metadata.PackageNotFoundError:
-        return "(not installed)"
 
 
 def mark() -> str:

@@ -56,6 +56,8 @@ SETTINGS = (
 """Fields of the tuning that acquisition and supervision need."""
 TWIST_STD = 0.5
 """Standard deviation of the share in which the patch was twisted before the first sample, over s [1]."""
+MAX_TWIST = 2.0
+"""Upper limit of the share in which the patch may have been twisted [1]: 1 is a patch that slid."""
 RESTART_STD = 0.1
 """Prior standard deviation of s in an acquisition that follows one which determined s [1]."""
 PATH_ERROR = 0.05
@@ -218,6 +220,8 @@ def build_one_hypothesis_update(gear: bool = False) -> ca.Function:
         after[factor_name(one, other)] = factor[i, j]
     after["D_gain"] = ca.fmax(after["D_gain"], 1e-9)
     may_be = ca.fabs(after["twist"]) + ca.sqrt(variance_of(after, "twist"))
+    # What the twist no longer moves says nothing of it, and is forgotten without a limit.
+    may_be = ca.fmin(may_be, MAX_TWIST * ca.fabs(after["gain"]))
     after["left"] = may_be * ca.fabs(slid - free)
     outputs = {"part_next": vector_of(names, after)}
     return named_function("hypothesis", inputs, outputs, cse=True)

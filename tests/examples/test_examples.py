@@ -372,6 +372,16 @@ def test_least_steering(tmp_path: Path) -> None:
         assert float(cells[ground][1]) < 0.3 * float(cells[ground][4])
 
 
+def test_live_session(tmp_path: Path) -> None:
+    text = printed_by("live_session.py", tmp_path, "live.png", leaves="live.png")
+    (usable,) = numbers(text, rf"usable from {NUMBER} s on$")
+    mu, band = numbers(text, rf"friction was {NUMBER} ± {NUMBER} at 14 s, last usable$")
+
+    assert text.startswith("1401 samples")
+    assert 1 < usable < 7
+    assert abs(mu - truth_of("holdout_d")) < band < 0.25
+
+
 @pytest.mark.long
 def test_lower_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     smaller = {"MUS": (0.02, 0.1, 0.9), "SHARES": (0.0005, 0.04), "LOADS": (1.0,)}
