@@ -90,8 +90,8 @@ def test_a_local_class_and_a_field_that_cannot_be_pickled_are_refused() -> None:
 @pytest.mark.long
 def test_a_class_of_a_main_module_without_a_file_is_refused(repository_root: Path) -> None:
     for how, text in (["-c", BOOT + SEARCH], None), (["-"], BOOT + SEARCH):
-        command, told = [sys.executable, *how], {"capture_output": True, "text": True}
-        ended = subprocess.run(command, input=text, cwd=repository_root, **told)
+        command, caught = [sys.executable, *how], {"capture_output": True, "text": True}
+        ended = subprocess.run(command, input=text, cwd=repository_root, **caught)
         told = "effect 'boot_spring' cannot be taken to the processes"
         assert ended.stdout.startswith(told), ended.stderr
         assert "put the effect into a module of its own, or use jobs=1" in ended.stdout
