@@ -49,8 +49,7 @@ def test_units_and_names_of_a_log(tmp_path: Path) -> None:
     columns = {"stamp": T, "Way": RACK, "Force": FORCE, "TorsionBarTorque": FORCE}
     message = refused(read, write_columns(tmp_path / "a.csv", columns), "rack=Way,F_rack=Force")
     assert re.search(r"channel t missing.*such as --map (?!.*M_z)", message)
-    path = write(tmp_path, Way=1e3 * RACK, Force=-FORCE / 1e3)
-    mapped = read(path, "rack=Way:mm,F_rack=-Force:kN")
+    mapped = read(write(tmp_path, Way=1e3 * RACK, Force=-FORCE / 1e3), "rack=Way:mm,F_rack=-Force:kN")
     plain = read(write(tmp_path))
 
     np.testing.assert_allclose(mapped.M_z, plain.M_z, rtol=1e-9)
@@ -213,8 +212,7 @@ def test_a_name_that_no_option_holds_goes_into_the_file(tmp_path: Path) -> None:
     path = write(tmp_path, **{"Rack:XCP": -RACK, "F_rack": FORCE})
     named = f'signals = {{ rack = "Rack:XCP" }}\n{vehicle_text()}'
     (tmp_path / "car.toml").write_text(named)
-    signals = read_signals(tmp_path / "car.toml")
-    message = refused(read_recording, path, vehicle=CAR, signals=signals)
+    message = refused(read_recording, path, vehicle=CAR, signals=read_signals(tmp_path / "car.toml"))
     (tmp_path / "car.toml").write_text(f"{message.partition('in its place: ')[2]}\n{vehicle_text()}")
     mended = read_recording(path, vehicle=CAR, signals=read_signals(tmp_path / "car.toml"))
 

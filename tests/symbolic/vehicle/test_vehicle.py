@@ -36,9 +36,8 @@ def lowest_point(car: Vehicle, psi: float, side: int) -> np.ndarray:
     axis = np.array([-np.tan(car.caster), -side * np.tan(car.inclination), 1.0])
     turn = Rotation.from_rotvec(psi * axis / np.linalg.norm(axis))
     around = np.linspace(0, 2 * np.pi, 200_001)
-    rim = np.array(
-        [-car.trail, side * car.scrub_radius, car.wheel_radius]
-    ) + car.wheel_radius * np.stack([np.sin(around), 0 * around, np.cos(around)], axis=1)
+    axle = np.array([-car.trail, side * car.scrub_radius, car.wheel_radius])
+    rim = axle + car.wheel_radius * np.stack([np.sin(around), 0 * around, np.cos(around)], axis=1)
     points = turn.apply(rim)
     low = points[np.argmin(points[:, 2])]
     return np.array([*(low - axis / axis[2] * low[2])[:2], low[2]])
@@ -94,9 +93,8 @@ def test_the_lever_is_the_derivative_of_the_angle() -> None:
 @pytest.mark.parametrize("psi", [-0.5, 0.2, 0.6])
 def test_the_body_is_lifted_by_both_wheels(psi: float) -> None:
     car = replace(CAR, trail=0.03, scrub_radius=0.02)
-    heights = [
-        sum(-lowest_point(car, at, side)[2] for side in (1, -1)) / 2 for at in (psi - 0.01, psi + 0.01)
-    ]
+    sides, beside = (1, -1), (psi - 0.01, psi + 0.01)
+    heights = [sum(-lowest_point(car, at, side)[2] for side in sides) / 2 for at in beside]
     # Turning lowers the wheels below the kingpins: it lifts the body.
     expected = car.wheel_load * (heights[1] - heights[0]) / 0.02
 
@@ -143,12 +141,8 @@ def test_one_line_turns_as_hard_as_a_contact(turn: float, scrub_radius: float) -
 
 
 def test_tolerances_reach_the_wheel() -> None:
-    sure = replace(
-        CAR,
-        tolerances=VehicleTolerances(
-            load=0.0, half_length=0.0, stiffness=0.0, geometry=0.0, force_scale=0.0
-        ),
-    )
+    none = dict.fromkeys(("load", "half_length", "stiffness", "geometry", "force_scale"), 0.0)
+    sure = replace(CAR, tolerances=VehicleTolerances(**none))
     wide, narrow = rig_of(CAR)[0].tolerances, rig_of(sure)[0].tolerances
 
     assert isinstance(rig_of(CAR)[0], Rig)
@@ -164,9 +158,8 @@ def test_the_load_is_in_the_half_length_where_that_follows_from_it(half_length: 
     growth = np.log(slides[1] / slides[0]) / np.log(1.02)
 
     # Standard deviations are 0.68 of a tolerance, that of the load is 10 %.
-    assert friction_uncertainties(car, brakes=True)["front_axle_load"] == pytest.approx(
-        0.068 * growth, rel=0.01
-    )
+    of_load = friction_uncertainties(car, brakes=True)["front_axle_load"]
+    assert of_load == pytest.approx(0.068 * growth, rel=0.01)
 
 
 def test_the_scale_of_the_force_is_in_friction_until_the_tyres_are_identified() -> None:
@@ -175,22 +168,18 @@ def test_the_scale_of_the_force_is_in_friction_until_the_tyres_are_identified() 
 
     # Standard deviations are 0.68 of a tolerance, and those of the scale EVEN of one.
     assert floors[0] - floors[1] == pytest.approx((0.68 / EVEN) ** 2 * (0.2**2 - 0.05**2))
-    identified = replace(rough, slide_factor=1.1)
-    assert "force_scale" not in friction_uncertainties(identified, brakes=True)
+    assert "force_scale" not in friction_uncertainties(replace(rough, slide_factor=1.1), brakes=True)
 
 
 def test_force_on_the_rack_as_torque_of_a_wheel() -> None:
     plain = replace(CAR, inclination=0.0, caster=0.0, lever_loss=0.0, rack_mass=100.0)
 
     # 20 N m s of each wheel at 0.4 rad/s, 1 kg m^2 of each at 16 rad/s^2.
-    assert aligning_torque_with_friction(plain, 0.01, 1000.0, 0.05, 2.0, brakes=False) == pytest.approx(
-        -0.125 / 2 * 800 + 20 * 0.4 + 16
-    )
+    expected = pytest.approx(-0.125 / 2 * 800 + 20 * 0.4 + 16)
+    assert aligning_torque_with_friction(plain, 0.01, 1000.0, 0.05, 2.0, brakes=False) == expected
     # 0.04 kg m^2 before a pinion of 10 mm a radian are 400 kg more.
     by_hand = replace(plain, steering_ratio=12.5, handwheel_inertia=0.04)
-    assert aligning_torque_with_friction(
-        by_hand, 0.01, 1800.0, 0.05, 2.0, brakes=False
-    ) == pytest.approx(-0.125 / 2 * 800 + 20 * 0.4 + 16)
+    assert aligning_torque_with_friction(by_hand, 0.01, 1800.0, 0.05, 2.0, brakes=False) == expected
 
 
 def test_from_the_handwheel() -> None:
