@@ -4,8 +4,8 @@
                                        [--jobs N]
 
 Cold begins with an empty cache of compiled models, warm is the same command again. CPU time is that of
-all processes and compilers. Four recordings train and four judge; with `--left-out` all eight
-train, each left out in turn. `--second-rig` times `examples/second_rig.py` instead. `--stages` runs once more,
+all processes and compilers. Four recordings train and four judge; with `--left-out` all eight train,
+each left out in turn. `--second-rig` times `examples/second_rig.py` instead. `--stages` runs once more,
 warm and under a profiler, which slows it a little, and prints where the time of the main process goes,
 waiting for the others included. `--tree` runs another checkout of this project with this environment, so
 that two can be compared under one load of the machine; `--warm` leaves the cold run out where the usual
