@@ -4,7 +4,6 @@ import pickle
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from math import nan
-from os import SEEK_END
 from tempfile import TemporaryFile
 from typing import Any
 from weakref import finalize
@@ -34,8 +33,8 @@ class RowFile(Sequence[Row]):
         return self._places.size
 
     def put(self, number: int, row: Row) -> None:
-        """Write the row of this number."""
-        self._places[number] = self._file.seek(0, SEEK_END)
+        """Write the row of this number; none has been read yet."""
+        self._places[number] = self._file.tell()
         if is_figure(row["duration"]):
             self._durations[number] = row["duration"]
         pickle.dump(row, self._file)
