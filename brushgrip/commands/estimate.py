@@ -117,7 +117,6 @@ class EstimateRequest(ModelRunRequest):
         inputs = self.model_inputs(vehicle=self.vehicle)
         count = len(inputs.paths)
         outs = {name: table_path(self.out, name, count).absolute() for name in inputs.paths if self.out}
-        # One at a time: of many recordings all would not be flat in memory.
         tasks = (
             EstimateTask(
                 inputs=one,
