@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.live.page import CUT_OFF, STYLE, LiveView, friction_html
+from brushgrip.live.page import CUT_OFF, PICTURES, STYLE, LiveView, friction_html
 from tests.brushgrip.live.sessions import (
     RIG,
     ListSource,
@@ -43,8 +43,9 @@ def test_a_view_shows_the_newest_point_to_the_last_digit() -> None:
     view.update()
     # A browser that does not show yet what it was sent gets nothing else.
     assert 'data-mu="nan"' in view.words.text
-    view.sent.text = view.sent.name
-    view.update()
+    for _ in range(PICTURES):
+        view.sent.text = view.sent.name
+        view.update()
     newest = session.ring.since(299)
 
     assert f'data-mu="{float(newest.of("mu_eff")[0])!r}"' in view.words.text
