@@ -16,9 +16,12 @@ from brushgrip.live.sources import MAX_LINE_LENGTH, LineParser, LineSource, Sour
 from brushgrip.live.timestamp_filter import arrival_time
 from identification import SignalMap, parse_signals
 from symbolic import InvalidInputError
+from tests.brushgrip.live.bus import DBC, MAP, Bus
 from tests.processes import wait_for
 
 JSON_LINE = '{"t": 0.5, "psi": 0.02, "M_z": -0.7, "F_N": 560}'
+
+
 def read_all(source: Source, count: int) -> list[dict[str, float]]:
     rows: list[Any] = []
     wait_for(lambda: len(rows.extend(source.read()) or rows) >= count)  # type: ignore[func-returns-value]
@@ -190,7 +193,7 @@ def can_bus(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[tuple[Ca
     pytest.importorskip("cantools", reason="needs brushgrip[live]")
     database, signals = getattr(request, "param", (DBC, MAP))
     (tmp_path / "rig.dbc").write_text(database)
-    bus = Bus(request.node.name)
+    bus = Bus(interface="virtual", channel=request.node.name, preserve_timestamps=True)
     source = CanSource("virtual", request.node.name, tmp_path / "rig.dbc", columns(signals))
     yield source, bus
     source.close()
