@@ -9,6 +9,7 @@ and the memory of the command. A sample's time is when it was sent, by the clock
 import argparse
 import json
 import multiprocessing
+import os
 import signal
 import socket
 import subprocess
@@ -24,6 +25,9 @@ RIG = Path(__file__).parent.parent / "examples" / "recordings" / "rig.toml"
 RATE = 1000
 SETTLING = 10.0
 """Left out of delay and memory: the observer is compiled, the page is built [s]."""
+
+AIM = 100
+"""Of the delay [ms]."""
 
 
 def send(port: int, count: int, origin: float) -> None:
@@ -64,7 +68,11 @@ def report_delay(what: str, came: list[tuple[float, float]], origin: float) -> N
     first = np.unique(t, return_index=True)[1]
     delay = 1e3 * (at - origin - t)[first[t[first] > t[0] + SETTLING]]
     middle, high = np.quantile(delay, [0.5, 0.99])
-    print(f"from sending to {what}, {delay.size} times: median {middle:.1f} ms, 99 % {high:.1f} ms")
+    soon = 100 * np.mean(delay <= AIM)
+    print(
+        f"from sending to {what}, {delay.size} times:"
+        f" median {middle:.1f} ms, 99 % {high:.1f} ms, {soon:.1f} % within {AIM} ms"
+    )
 
 
 def main() -> None:
@@ -97,6 +105,7 @@ def main() -> None:
         receiver.sendto(b"", here)
     estimated = counts["samples"]
     print(f"{count} samples sent, {estimated} estimated, {count - estimated} lost; {counts}")
+    print(f"load of {os.cpu_count()} processors in the last 15 minutes: {os.getloadavg()[2]:.1f}")
     report_delay("the estimate", sent, origin)
     report_delay("the page as drawn", drawn, origin)
     settled = np.array_split(used[int(SETTLING) :], 4)
