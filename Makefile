@@ -46,6 +46,7 @@ gate: $(ALL)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	MYPYPATH=examples $(BIN)/mypy --explicit-package-bases benchmarks/*.py
 	$(BIN)/lint-imports
 
 # The documentation site, in docs/_build; a warning is an error, every page of the gallery runs.

@@ -6,6 +6,7 @@
 Seeds from TUNING_SEED on are for tuning, those from JUDGING_SEED on for judging; never tune on those.
 Every declared value is off within its tolerance; `--full-tolerance` puts each true value at an end of
 what is declared.
+`--column-friction` adds dry friction of column and handwheel that nobody declared.
 `--calibrated` first identifies the tyres of every car on ground of known friction.
 About five seconds a car on one core.
 """
@@ -14,7 +15,7 @@ import argparse
 import csv
 import tempfile
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import degrees
 from pathlib import Path
@@ -40,6 +41,8 @@ BANDS = (0.05, 0.11, 0.245, 0.54, 1.2)
 """Edges of the bands of mu, even in its logarithm."""
 HALF_TURN = 180.0
 """Way of the handwheel after which the band is read [deg]."""
+PRESLIDING = 0.01
+"""Turn of the handwheel over which friction of the column turns over, from the middle [rad]."""
 NEAR_LOCKS = 0.9
 """Share of the way from stop to stop that counts as lock to lock [1]."""
 
@@ -100,15 +103,25 @@ def floor_of(text: str, *, brake: bool) -> float:
     return float(np.linalg.norm(list(shares.values())))
 
 
+def with_column_friction(recording: CarRecording, torque: float) -> CarRecording:
+    """The same with dry friction of column and handwheel [N m], part of the torque at the rim."""
+    stretch, stretches = 0.0, []
+    for turn in np.diff(recording.handwheel, prepend=recording.handwheel[:1]):
+        stretch = float(np.clip(stretch + turn / PRESLIDING, -1, 1))
+        stretches.append(stretch)
+    return replace(recording, T_hand=recording.T_hand + torque * np.array(stretches))
+
+
 def judge(
-    seed: int, sensing: str, observer: str, *, full: bool, split: float, calibrated: bool
-) -> Judged:
+    seed: int, sensing: str, observer: str, *, full: bool, split: float, calibrated: bool,
+    column: float,
+) -> Judged:  # fmt: skip
     """Draw a car, steer it, estimate."""
     drawn = draw_car(seed, assisted=sensing != "handwheel", full_tolerance=full, split=split)
     text = declared_toml(drawn, sensing)
     if calibrated:
         text, drawn = calibrated_toml(drawn, sensing, full=full)
-    recording = drawn.drive()
+    recording = with_column_friction(drawn.drive(), column)
     got = estimate(text, recording, sensing, observer)
     # The truth at the rows' times: a reader may leave samples out.
     handwheel = np.interp(got["t"], recording.t, np.degrees(recording.handwheel))
@@ -181,6 +194,7 @@ def main() -> None:
     parser.add_argument("--observer", choices=["ekf", "mhe"], default="ekf")
     parser.add_argument("--full-tolerance", action="store_true", help="every value off by all of it")
     parser.add_argument("--split", type=float, default=1.0, help="mu right over mu left")
+    parser.add_argument("--column-friction", type=float, default=0.0, help="N m, --sensing handwheel")
     parser.add_argument("--calibrated", action="store_true", help="tyres identified on known ground")
     given = parser.parse_args()
     purpose = "judging" if given.seed >= JUDGING_SEED else "tuning"
@@ -191,7 +205,7 @@ def main() -> None:
     cars = []
     for seed in range(given.seed, given.seed + given.cars):
         how = {"full": given.full_tolerance, "split": given.split, "calibrated": given.calibrated}
-        cars.append(judge(seed, given.sensing, given.observer, **how))
+        cars.append(judge(seed, given.sensing, given.observer, **how, column=given.column_friction))
         print(row(cars[-1]), flush=True)
     summary(cars)
 

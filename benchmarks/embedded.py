@@ -31,7 +31,6 @@ from symbolic import Model, parameter_name
 from tests.observers.conftest import K
 from tests.observers.embedded.cortex.target import M4F, M7, TOOLS, Board, run_on, tools_installed
 from tests.observers.embedded.generated_code import (
-    DECLARED,
     EFFECTS,
     MEASURED_RUN,
     GeneratedCode,
@@ -40,6 +39,7 @@ from tests.observers.embedded.generated_code import (
     python_estimates,
 )
 from tests.observers.embedded.ordinary_steering import ORDINARY, samples_along, samples_at_the_cap
+from tests.observers.factories import DECLARED
 
 ROUNDS = 30
 DOUBLES = (

@@ -135,7 +135,7 @@ def outcome(task: tuple[IceCase, int]) -> IceOutcome:
 
 
 def gain_error(rng: np.random.Generator, off: float, std: float) -> float:
-    """How far off the torque's gain is [1], as an observer reckons with where k seems off by so much [1].
+    """How far off the torque's gain is [1], as an observer reckons with where k is off by so much [1].
 
     `std` is the deviation of k that it was told [1].
     """

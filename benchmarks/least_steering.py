@@ -186,7 +186,9 @@ def run(task: tuple[int, bool, float, bool]) -> tuple[float, dict[str, Reached]]
     observer = observer_of(fixed=fixed)
     known = plan(observer, target, LIMITS, LOAD, mus=(mu,), coarse=True)
     plans = (plan_over_grounds(fixed, target), prepared(fixed, target), known)
-    return mu, in_every_way(observer, lambda: RigWheel(seed, mu, stated=stated), mu, target, *plans, pulse=0.75)
+    return mu, in_every_way(
+        observer, lambda: RigWheel(seed, mu, stated=stated), mu, target, *plans, pulse=0.75
+    )
 
 
 def report(outcomes: Sequence[tuple[float, dict[str, Reached]]]) -> None:

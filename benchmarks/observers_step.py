@@ -19,14 +19,27 @@ from benchmarks.problem import MODEL, RIG, TUNING, VALUES, K, TimedProblem
 from benchmarks.timing import compare, seconds
 from benchmarks.with_do_mpc import VARIANTS, Running
 from benchmarks.with_filterpy import filter_all, in_place, through_casadi
-from observers import AligningTorque, Ekf, Estimates, Mhe, ObserverState, Sample, SteeringTorque, run
-from symbolic import Model, Rig, effects_named
+from observers import (
+    AligningTorque,
+    Ekf,
+    Estimates,
+    Loop,
+    Mhe,
+    ObserverState,
+    RackSampler,
+    Sample,
+    SteeringTorque,
+    car_observer,
+    run,
+)
+from symbolic import Model, Rig, Vehicle, effects_named
 
 WINDOW = 50
 STEPS = 20
 """Samples in a round beside do-mpc."""
 Observer = Ekf | Mhe
 PROBLEM = TimedProblem()
+CAR = Vehicle(front_axle_load=8000.0, tyre_width=0.2, pressure=2.4e5, wheelbase=2.6, track=1.5)
 
 
 def samples(problem: TimedProblem) -> list[Sample]:
@@ -82,6 +95,24 @@ def alone() -> None:
         print(f"| {label} | {by_ekf:.1f} | {by_mhe:.0f} |")
 
 
+def turn_rack(ekf: Ekf, rate: float) -> None:
+    """A car's loop: a made-up standstill of as many samples as the problem, so many a second."""
+    loop, sample_of = Loop(ekf), RackSampler(CAR)
+    t = np.arange(PROBLEM.count) / rate
+    force = 3000 * np.tanh(20 * np.cos(t))
+    for measured in zip(t.tolist(), (0.05 * np.sin(t)).tolist(), force.tolist(), strict=True):
+        loop(sample_of(*measured))
+
+
+def car_beside_rig() -> None:
+    """Print a car's whole step over that of a rig's EKF: its sampler keeps a window of 60 ms."""
+    ekf, rig, sequence = car_observer(Ekf, CAR), ours(Ekf), samples(PROBLEM)
+    print("\n| a car's sampler, EKF and loop | over a rig's EKF | a sample [µs] |\n|---|---:|---:|")
+    for rate in (100, 1000):
+        pair = compare(partial(turn_rack, ekf, rate), partial(steps, rig, sequence))
+        print(f"| at {rate} Hz | {pair.ratio:.1f} | {1e6 * pair.slow / PROBLEM.count:.0f} |")
+
+
 def beside_filterpy() -> float:
     """The filter of filterpy over ours; how far apart their mu are at most."""
     observer, sequence = ours(Ekf), samples(PROBLEM)
@@ -130,6 +161,7 @@ def beside_do_mpc() -> None:
 def main() -> None:
     """Print the tables."""
     alone()
+    car_beside_rig()
     print(f"\nfilterpy: mu differs by {beside_filterpy():.0e} at most")
     if importlib.util.find_spec("do_mpc"):
         beside_do_mpc()

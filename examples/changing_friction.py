@@ -11,7 +11,9 @@ quarter of each stroke; the estimate is the median of mu_eff there. Prints, for 
 of estimate over force on the constant runs; how often it is within 10 % (of the mean ratio there) while
 actuators pull; alarms within a stroke whose force differs from that of the last one the same way by more
 than 25 %; alarms on the constant runs; the share of strokes whose band holds; and the share of samples
-that is usable. Units are those of `second_rig.py`.
+that is usable. Other runs of the data set that lie in DIR, named as these are (tension_*, harmonic*,
+step*) with the same arrays, are judged after them, by the model and the scale of these. Units are
+those of `second_rig.py`.
 """
 
 import argparse
@@ -89,13 +91,30 @@ def strokes(recording: Recording, found: Estimates) -> list[Stroke]:
     return rows
 
 
-def figures(runs: Mapping[str, Sequence[Stroke]]) -> list[str]:
-    """Scatter, share within 10 %, alarms, false alarms, shares of strokes in the band, and usable."""
-    still = [stroke for name in CONSTANT for stroke in runs[name]]
-    ratio = float(np.mean([s.mu / s.force for s in still]))
-    scatter = float(np.std([s.mu / s.force for s in still])) / ratio
+def runs_beside(folder: Path) -> tuple[list[str], list[str]]:
+    """Names of further runs in a folder: of constant tension, and with actuators."""
+    patterns = ("tension_*.npz",), ("harmonic[0-9]*.npz", "step[0-9]*.npz")
+    constant, changed = (
+        sorted({path.stem for each in those for path in folder.glob(each)} - {*CONSTANT, *CHANGED})
+        for those in patterns
+    )
+    return constant, changed
+
+
+def figures(
+    runs: Mapping[str, Sequence[Stroke]],
+    constant: Sequence[str] = CONSTANT,
+    changed: Sequence[str] = CHANGED,
+) -> list[str]:
+    """Scatter, share within 10 %, alarms, false alarms, shares of strokes in the band, and usable.
+
+    Scatter is about the mean ratio on the runs in `CONSTANT`, which scales all of them.
+    """
+    ratio = float(np.mean([s.mu / s.force for name in CONSTANT for s in runs[name]]))
+    still = [stroke for name in constant for stroke in runs[name]]
+    scatter = _root_mean_square([s.mu / s.force / ratio - 1 for s in still])
     followed, alarms = [], []
-    for name in CHANGED:
+    for name in changed:
         for before, now in zip(runs[name], runs[name][2:], strict=False):
             if now.begin > PULLED:
                 followed.append(abs(now.mu / (ratio * now.force) - 1) < 0.1)
@@ -103,14 +122,22 @@ def figures(runs: Mapping[str, Sequence[Stroke]]) -> list[str]:
                     alarms.append(now.alarm)
     bands = [
         [abs(s.mu - ratio * s.force) < 1.96 * s.std for name in names for s in runs[name]]
-        for names in (CONSTANT, CHANGED)
+        for names in (constant, changed)
     ]
-    usable = [[s.usable for name in names for s in runs[name]] for names in (CONSTANT, CHANGED)]
+    usable = [[s.usable for name in names for s in runs[name]] for names in (constant, changed)]
     return [
-        f"{100 * scatter:.1f} %", f"{100 * np.mean(followed):.0f} % of {len(followed)}",
+        scatter, f"{_share(followed)} of {len(followed)}",
         f"{sum(alarms)} of {len(alarms)}", f"{sum(s.alarm for s in still)} of {len(still)}",
-        *(f"{100 * np.mean(share):.0f} %" for share in (*bands, *usable)),
+        *map(_share, (*bands, *usable)),
     ]  # fmt: skip
+
+
+def _root_mean_square(deviations: Sequence[float]) -> str:
+    return f"{100 * np.sqrt(np.mean(np.square(deviations))):.1f} %" if deviations else "–"
+
+
+def _share(cases: Sequence[float]) -> str:
+    return f"{100 * np.mean(cases):.0f} %" if cases else "–"
 
 
 def draw(along: Mapping[str, tuple[Recording, Mapping[str, Estimates]]], out: Path) -> None:
@@ -142,12 +169,20 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if options.walk is not None and found.error:
         found = replace(found, error=replace(found.error, friction_walk=options.walk))
     print(f"friction walk {(found.error and found.error.friction_walk) or np.nan:.3f}/sqrt(s)")
-    runs = {name: at_rate(name, raw(folder, name), options.rate) for name in (*CONSTANT, *CHANGED)}
+    beside = runs_beside(folder)
+    names = (*CONSTANT, *CHANGED, *beside[0], *beside[1])
+    runs = {name: at_rate(name, raw(folder, name), options.rate) for name in names}
     print("observer             scatter  within 10 %  alarms  false  band, constant, changed  usable")
     along = {name: (runs[name], {o: observed(found, o, runs[name]) for o in OBSERVERS}) for name in runs}
-    for observer in OBSERVERS:
-        rows = {name: strokes(recording, by[observer]) for name, (recording, by) in along.items()}
+    told = {o: {n: strokes(recording, by[o]) for n, (recording, by) in along.items()} for o in OBSERVERS}
+    for observer, rows in told.items():
         print(f"{observer:20} {'  '.join(figures(rows))}", flush=True)
+    if any(beside):
+        print(
+            f"runs beside these: {len(beside[0])} of constant tension, {len(beside[1])} with actuators"
+        )
+        for observer, rows in told.items():
+            print(f"{observer:20} {'  '.join(figures(rows, *beside))}")
     changes = [
         np.log(now.force / before.force) / np.sqrt(now.begin - before.begin)
         for name in CONSTANT

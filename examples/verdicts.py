@@ -4,12 +4,18 @@
 
 A case is a folder with a rig.toml and recordings (.csv); none is held out, each is left out in turn.
 Prints one row of a table for each, in Markdown; `--out` writes the table to a file as well.
+
+Where the folder has a file `truth`, with the name of a planted effect a line, the row says which of them
+are right and missing, and which effects are too many; a last line counts them. A planted effect is right
+if it, or one that it is indistinguishable from, is named as likely or ambiguous; every further effect
+named so is one too many.
 """
 
 import argparse
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from brushgrip.wording.diagnosis_in_words import GRADES
+from brushgrip.wording.diagnosis_in_words import CLEAR, GRADES
 from brushgrip.wording.formatting import (
     effect_words,
     listed,
@@ -19,12 +25,14 @@ from brushgrip.wording.formatting import (
     value_with_std,
 )
 from identification import Diagnosis, diagnose, read_recording, read_rig
+from symbolic import effects_named
 
 OPENING = """# Verdicts
 
 `python examples/verdicts.py CASE... --out docs/evidence/verdicts.md` writes this page.
 
-A case is a folder of recordings from a rig that is not ours; what was planted in it is not known here.
+A case is a folder of recordings from a rig that is not ours; what was planted in it is not known here,
+unless it has a file `truth`, with the name of an effect a line: then the row is judged.
 After a look at case_1 two rules of the search were corrected: one law of a family goes before two that
 do as well; no exchange makes a second law of a family. Nothing else was adjusted.
 
@@ -42,6 +50,40 @@ def case(folder: Path, jobs: int | None) -> Diagnosis:
     rig = read_rig(folder / "rig.toml")
     recordings = [read_recording(path, rig) for path in sorted(folder.glob("*.csv"))]
     return diagnose(recordings, jobs=jobs)
+
+
+def planted_in(folder: Path) -> list[str] | None:
+    """Names of the effects planted in a case, none where nothing was; None where nobody says."""
+    if not (truth := folder / "truth").is_file():
+        return None
+    return [effect.name for effect in effects_named(truth.read_text(encoding="utf-8").split())]
+
+
+def judged(planted: Sequence[str], diagnosis: Diagnosis) -> dict[str, list[str]]:
+    """Planted effects that were found and were not, and effects said to be missing that are not."""
+    missing, too_many = [*planted], []
+    said = [effect for effect in diagnosis.effects if effect.grade in CLEAR]
+    for effect in sorted(said, key=lambda effect: effect.name not in planted):
+        names = (effect.name, *effect.indistinguishable_from)
+        if found := next((name for name in names if name in missing), None):
+            missing.remove(found)
+        else:
+            too_many.append(effect.name)
+    right = [name for name in planted if name not in missing]
+    return {"right": right, "missing": missing, "too many": too_many}
+
+
+def judgement_cell(found: Mapping[str, Sequence[str]]) -> str:
+    """Names for each word; a dash for none."""
+    return "; ".join(f"{word}: {listed([*map(effect_words, n)]) or '–'}" for word, n in found.items())
+
+
+def count_of(judgements: Sequence[Mapping[str, Sequence[str]]]) -> str:
+    """How many are right, missing and too many in all cases with a truth."""
+    numbers = {word: sum(len(found[word]) for found in judgements) for word in judgements[0]}
+    planted = numbers["right"] + numbers["missing"]
+    told = ", ".join(f"{word}: {number}" for word, number in numbers.items())
+    return f"Cases with a truth: {len(judgements)}; effects planted: {planted}, {told}."
 
 
 def row(name: str, diagnosis: Diagnosis) -> str:
@@ -88,15 +130,24 @@ def main() -> None:
     parser.add_argument("--out", type=Path)
     parser.add_argument("--jobs", type=int)
     options = parser.parse_args()
-    rows, diagnoses = [], {}
-    print(HEADER)
-    for folder in options.cases:
-        diagnoses[folder.name] = case(folder, options.jobs)
-        rows.append(row(folder.name, diagnoses[folder.name]))
+    rows, diagnoses, judgements = [], {}, []
+    planted = {folder: planted_in(folder) for folder in options.cases}
+    is_judged = any(names is not None for names in planted.values())
+    header = HEADER.replace("\n", " judged |\n") + "---|" if is_judged else HEADER
+    print(header)
+    for folder, names in planted.items():
+        diagnoses[folder.name] = found = case(folder, options.jobs)
+        cell = "–"
+        if names is not None:
+            judgements.append(judged(names, found))
+            cell = judgement_cell(judgements[-1])
+        rows.append(row(folder.name, found) + f" {cell} |" * is_judged)
         print(rows[-1], flush=True)
+    counted = [count_of(judgements)] if is_judged else []
+    print(*counted, sep="\n", end="\n" * is_judged)
     if options.out:
-        table = "\n".join([HEADER, *rows])
-        text = "\n\n".join([OPENING, table, *details(diagnoses)])
+        table = "\n".join([header, *rows])
+        text = "\n\n".join([OPENING, table, *details(diagnoses), *counted])
         options.out.write_text(f"{text}\n", encoding="utf-8", newline="\n")
 
 

@@ -25,9 +25,10 @@ class Layout:
     fields: tuple[tuple[str, int, int], ...]
 
     @classmethod
-    def of(cls, **rows: int) -> "Layout":
-        """The layout of parts with one column each: their names and rows, in order."""
-        return cls(tuple((name, size, 1) for name, size in rows.items()))
+    def of(cls, *first: tuple[str, int, int], **shapes: int | tuple[int, int]) -> "Layout":
+        """The layout of some fields and of parts by name behind them, rows of one column or a shape."""
+        sizes = {name: (of, 1) if isinstance(of, int) else of for name, of in shapes.items()}
+        return cls((*first, *((name, *size) for name, size in sizes.items())))
 
     @cached_property
     def places(self) -> Mapping[str, tuple[slice, tuple[int, int]]]:

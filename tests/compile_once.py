@@ -54,9 +54,8 @@ def _digest(command: Sequence[str], folder: Path, out: str) -> str:
     """Digest of the command and of all that it compiles or links, not of where the folder stands."""
     where = command.index("-o")
     line = [*command[:where], *command[where + 2 :]]
-    preprocessed = subprocess.run(
-        [*line, "-E", "-P"], cwd=folder, check=True, capture_output=True
-    ).stdout
+    command = [*line, "-E", "-P"]
+    preprocessed = subprocess.run(command, cwd=folder, check=True, capture_output=True).stdout
     objects = [(folder / part).read_bytes() for part in line if part.endswith(".o")]
     words = [Path(part).name if part.endswith(".c") else part for part in (*line, out)]
     # A flag may ask for the code of this very machine.

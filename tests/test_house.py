@@ -104,9 +104,8 @@ def test_the_rig_is_used_through_its_door(repository_root: Path) -> None:
 
 def test_import_contracts_hold(repository_root: Path) -> None:
     command = Path(sysconfig.get_path("scripts")) / "lint-imports"
-    result = subprocess.run(
-        [command, "--no-cache"], cwd=repository_root, capture_output=True, text=True, check=False
-    )
+    told = {"capture_output": True, "text": True, "check": False}
+    result = subprocess.run([command, "--no-cache"], cwd=repository_root, **told)
 
     assert result.returncode == 0, result.stdout + result.stderr
 

@@ -21,9 +21,8 @@ def checkout(tmp_path: Path) -> Path:
 
 
 def mutant(before: str, after: str, *tests: str) -> Mutant:
-    return Mutant(
-        file="code_under_test.py", before=before, after=after, tests=tests or ("test_limit.py",)
-    )
+    changed = {"before": before, "after": after, "tests": tests or ("test_limit.py",)}
+    return Mutant(file="code_under_test.py", **changed)
 
 
 @pytest.mark.long
@@ -60,13 +59,9 @@ def test_no_process_of_a_change_stays(tmp_path: Path) -> None:
 
 def started_with(path: str) -> subprocess.Popen[bytes]:
     """A process that waits and has spoken: some time after Popen its environment is not yet there."""
-    process = subprocess.Popen(
-        ["sh", "-c", "echo; read line"],
-        env={**os.environ, "PYTHONPATH": path},
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        start_new_session=True,
-    )
+    environment, pipe = {**os.environ, "PYTHONPATH": path}, subprocess.PIPE
+    command = ["sh", "-c", "echo; read line"]
+    process = subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe, start_new_session=True)
     assert process.stdout is not None
     assert process.stdout.readline() == b"\n"
     return process

@@ -21,7 +21,7 @@ from brushgrip.commands.options import (
 from brushgrip.inputs.option_choices import ObserverName
 
 if TYPE_CHECKING:
-    from brushgrip.running.batch import EstimateOutcome
+    from brushgrip.running.row_file import Row
     from identification import FoundModel
 
 MAX_PRINTED = 20
@@ -97,13 +97,13 @@ class EstimateRequest(ModelRunRequest):
         from brushgrip.estimation.observe_recording import aligning_torque_model, observer_factory
         from brushgrip.inputs.command_inputs import staged_files_with_provenance
         from brushgrip.inputs.option_values import chosen_tuning
-        from brushgrip.outputs.atomic import is_same_file, table_path, write_utf8
+        from brushgrip.outputs.atomic import is_same_file, table_path
         from brushgrip.running.batch import (
             EstimateTask,
             estimate_all,
             other_outputs,
-            summary_csv,
             task_executor,
+            write_summary,
         )
         from symbolic import InvalidInputError
 
@@ -115,19 +115,21 @@ class EstimateRequest(ModelRunRequest):
         alone = len(self.recordings) == 1 and self.summary is None
         finals = other_outputs(self.out, self.summary, self.picture, alone=alone)
         inputs = self.model_inputs(vehicle=self.vehicle)
-        tasks = [
+        count = len(inputs.paths)
+        outs = {name: table_path(self.out, name, count).absolute() for name in inputs.paths if self.out}
+        tasks = (
             EstimateTask(
                 inputs=one,
                 observer=self.observer,
                 tuning=tuning,
                 smooth=self.smooth,
                 aligning=aligning,
-                out=self.out and table_path(self.out, name, len(inputs.paths)).absolute(),
+                out=outs.get(name),
                 budget=alone,
             )
-            for name, one in inputs.one_by_one().items()
-        ]
-        tables = [task.out for task in tasks if task.out and not alone]
+            for name, one in inputs.one_by_one()
+        )
+        tables = [] if alone else [*outs.values()]
         settings = {
             "observer": self.observer.value,
             "tuning": tuning and tuning.to_dict(),
@@ -142,19 +144,23 @@ class EstimateRequest(ModelRunRequest):
             if alone:
                 # There may be a picture without a table, but no table without its picture.
                 own = dict(zip(("picture", "out"), reversed(stages), strict=False))
-                tasks = [replace(tasks[0], out=own.get("out"), picture=own.get("picture"))]
-            with task_executor(inputs, tasks, self.jobs, self.scheduler) as (submit, report):
-                outcomes = estimate_all(tasks, submit, report)
-            if alone and (fault := outcomes[0].fault):
-                raise fault
+                tasks = (replace(t, out=own.get("out"), picture=own.get("picture")) for t in tasks)
+            with task_executor(inputs, self.jobs, self.scheduler) as (submit, report):
+                rows, last = estimate_all(tasks, count, submit, report)
+            if alone and last.fault:
+                raise last.fault
             if self.summary:
-                write_utf8(stages[0], summary_csv([outcome.row for outcome in outcomes]))
-        self._say(outcomes, finals, inputs.found())
+                write_summary(stages[0], rows)
+        self._say(rows, last.lines, finals, inputs.found())
 
     def _say(
-        self, outcomes: "Sequence[EstimateOutcome]", finals: Sequence[Path], found: "FoundModel | None"
+        self,
+        rows: "Sequence[Row]",
+        lines: Sequence[str],
+        finals: Sequence[Path],
+        found: "FoundModel | None",
     ) -> None:
-        """Print what was estimated; recordings that could not be are a fault."""
+        """Print what was estimated, of one recording in lines; those that could not be are a fault."""
         from brushgrip.outputs.console import print_table, say, show_json
         from brushgrip.report.printed_results import say_ground_values
         from brushgrip.wording.diagnosis_in_words import taken_from_model
@@ -166,14 +172,13 @@ class EstimateRequest(ModelRunRequest):
         )
         from symbolic import InvalidInputError
 
-        rows = [outcome.row for outcome in outcomes]
-        faults = [row for row in rows if row["fault"]]
+        faults = sum(bool(row["fault"]) for row in rows)
         if found is not None:
             say(f"From {self.model}: {taken_from_model(found)}.")
-        grounds = {str(row["recording"]): str(row["ground"]) or None for row in rows if not row["fault"]}
-        say_ground_values(grounds, found)
+            told = (row for row in rows if not row["fault"])
+            say_ground_values({str(row["recording"]): str(row["ground"]) or None for row in told}, found)
         if len(rows) == 1 and not self.summary:
-            for line in outcomes[0].lines:
+            for line in lines:
                 say(line)
         else:
             if not self.summary or len(rows) <= MAX_PRINTED:
@@ -183,14 +188,15 @@ class EstimateRequest(ModelRunRequest):
                 print_table(title, *printed_rows(rows), overflow="fold")
             for line in friction_of_grounds(rows):
                 say(line)
-            say(f"estimated {len(rows) - len(faults)} of {len(rows)} recordings; {friction_range(rows)}")
+            say(f"estimated {len(rows) - faults} of {len(rows)} recordings; {friction_range(rows)}")
             if counts := remark_counts(rows, named=bool(self.summary) and len(rows) > MAX_PRINTED):
                 say(counts)
         if finals:
             say(f"wrote {' and '.join(map(str, finals))}")
         show_json(rows)
         if faults:
+            first = next(row for row in rows if row["fault"])
             raise InvalidInputError(
-                f"{len(faults)} of {len(rows)} recordings could not be estimated; the first is"
-                f" {faults[0]['recording']}: {faults[0]['fault']}"
+                f"{faults} of {len(rows)} recordings could not be estimated; the first is"
+                f" {first['recording']}: {first['fault']}"
             )

@@ -108,16 +108,17 @@ class Inputs:
         own, rig = ({n: v for n, v in of.items() if n in same} for of in (found.own, found.rig))
         return replace(found, own=own, rig=rig)
 
-    def one_by_one(self) -> dict[str, "Inputs"]:
-        """The inputs of each recording by label; of several with absolute paths, for processes."""
+    def one_by_one(self) -> Iterator[tuple[str, "Inputs"]]:
+        """Label and inputs of each recording; of several with absolute paths, for processes."""
         if len(self.paths) == 1:
-            return dict.fromkeys(self.paths, self)
+            yield from dict.fromkeys(self.paths, self).items()
+            return
         named = {n: getattr(self, n) for n in ("rig", "model", "vehicle")}
         absolute = {name: path and path.absolute() for name, path in named.items()}
-        return {
-            label: replace(self, paths={label: path.absolute()}, **absolute)
-            for label, path in self.paths.items()
-        }
+        for label, path in self.paths.items():
+            own = path.absolute()
+            grounds = {label: self.grounds[label]} if label in self.grounds else {}
+            yield label, replace(self, paths={label: own}, files=(own,), grounds=grounds, **absolute)
 
     def part(self, of: slice) -> "Inputs":
         """Inputs of the recordings in a slice, labelled anew so that labels differ within it."""
@@ -164,7 +165,11 @@ def gather_inputs(
     warn_of_another_rig(rig, model)
     own = import_user_effects(effects)
     located = [locate_recording(name, of_car=vehicle is not None) for name in recordings]
-    _require_distinct(located, located, Path.samefile)
+    by_file: dict[tuple[int, int], list[Path]] = {}
+    for path in located:
+        by_file.setdefault(((there := path.stat()).st_dev, there.st_ino), []).append(path)
+    for same in by_file.values():
+        _require_distinct(same, same, lambda *_: True)
     signals = SignalMap() if (described := rig or vehicle) is None else read_signals(described)
     if channel_map is not None:
         signals = signals.updated(parse_maps(channel_map))
@@ -221,9 +226,9 @@ def staged_files_with_provenance(
         return
     told = provenance_file(written[0])
     inputs.refuse_overwriting([*other_paths, *final_paths, told])
-    made = inputs.provenance(**settings)
+    made = json_text(inputs.provenance(**settings))
     with staged_files([*final_paths, told]) as (*stages, origin):
-        write_utf8(origin, json_text(made))
+        write_utf8(origin, made)
         yield stages
 
 

@@ -181,7 +181,7 @@ def unique_labels(paths: Sequence[Path]) -> list[str]:
 
 def grounds_by_name(names: Sequence[str], given: Sequence[str] | None) -> dict[str, str]:
     """The grounds of texts such as "steel=fem1,fem3", by recording; "steel" alone is that of all."""
-    grounds: dict[str, str] = {}
+    grounds, known = dict[str, str](), set(names)
     for text in given or ():
         ground, equals, listed = (printable(part.strip()) for part in text.partition("="))
         if not ground:
@@ -189,7 +189,7 @@ def grounds_by_name(names: Sequence[str], given: Sequence[str] | None) -> dict[s
                 f"--ground {text}: expected NAME, or NAME=REC,REC such as steel=fem1,fem3"
             )
         for name in [one.strip() for one in listed.split(",")] if equals else names:
-            if name not in names:
+            if name not in known:
                 raise InvalidInputError(
                     f"--ground {text}: no recording {name!r}; given are {', '.join(names)}"
                 )

@@ -11,6 +11,7 @@ from observers.planning.forecast import percent_beside
 from symbolic import Vehicle
 from symbolic.array_alias import Array
 from symbolic.vehicle.steering import mean_angle
+from symbolic.vehicle.variable_ratio import pinion_of_rack
 
 
 def plan_csv(plan: Plan, vehicle: Vehicle | None, F_N: float) -> str:
@@ -29,7 +30,7 @@ def plan_csv(plan: Plan, vehicle: Vehicle | None, F_N: float) -> str:
 def handwheel_angle(psi: Array, car: Vehicle) -> Array:
     """The angle of the handwheel [rad] at which the wheels of a car have an angle [rad]."""
     ways = np.linspace(-car.rack_travel, car.rack_travel, 2001)
-    return np.interp(psi, mean_angle(car, ways), ways) / car.rack_gain
+    return pinion_of_rack(car, np.interp(psi, mean_angle(car, ways), ways))
 
 
 def turning_instruction(plan: Plan, vehicle: Vehicle | None, angle_source: SignalSource) -> str:

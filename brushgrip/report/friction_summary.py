@@ -161,6 +161,14 @@ def median_loads(diagnosis: Diagnosis) -> dict[str, float]:
     return {name: float(np.median(load)) for name, load in loads.items() if load.size}
 
 
+def note_on_highest_loads(diagnosis: Diagnosis, names: Sequence[str]) -> str:
+    """That several recordings, not all, have a higher median load than every other one; else empty."""
+    loads = median_loads(diagnosis)
+    own = [loads.pop(name, 0.0) for name in names]
+    highest = len(own) > 1 and min(own) > max(loads.values(), default=np.inf)
+    return "; theirs are the highest loads" * highest
+
+
 def has_unusable_gap(outcome: FrictionOutcome) -> bool:
     """Whether a track of the model found is not usable somewhere after its first usable sample."""
     tracks = outcome.tracks_of().values()

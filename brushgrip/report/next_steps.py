@@ -31,7 +31,7 @@ CHECKS = {
     " again; if something had to be repaired, record again: every figure here may change. If"
     " the rig proves right and the declared stiffness was guessed or is another tyre's, declare the one"
     " found (k under [tyre] in the rig file), which settles it. If rig and declared stiffness both prove"
-    " right, it stays open, and further recordings may tell why",
+    " right, all figures stay provisional until further recordings tell why the fitted one differs",
     True: "check the force's unit and motor_ratio: steer from lock to lock on ground of known friction,"
     " which gives scale and stiffness (brushgrip identify --lock-to-lock)",
 }
@@ -85,7 +85,7 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
         steps.append(f"make more recordings, which settle whether {listed(weak)} is there")
     where = f"at the rig{', on the same visit' * bool(stiffness_cases(diagnosis))}"
     to_declare = [
-        f"{where}, measure {listed(names)}, and declare their tolerances, which are assumed so far"
+        f"{where}, measure {listed(names)}, and declare their tolerances"
         f"{_at_best(outcome, *{PART_OF_BAND.get(name, '') for name in names})}"
         for note in diagnosis.notes
         if note.startswith(ASSUMED) and (names := _assumed_values(diagnosis, note))
@@ -168,7 +168,7 @@ def what_experiments_separate(diagnosis: Diagnosis) -> str:
     proposed = proposed_recordings(diagnosis)
     pairs = [
         f"{effect_words(e.name)} from {OF_ZERO.get(p.rival, effect_words(p.rival))}"
-        f" ({at}, {p.manoeuvre.seconds * (p.times or 1):.0f} s)"
+        f" (recording {at}, {p.manoeuvre.seconds * (p.times or 1):.0f} s)"
         for at, (e, p) in proposed.items()
     ]
     more = any(set(e.indistinguishable_from) - {p.rival} for e, p in proposed.values())

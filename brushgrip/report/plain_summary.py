@@ -7,6 +7,7 @@ from brushgrip.report.friction_summary import (
     grounds_alike,
     last_usable_friction,
     load_trend_in_words,
+    note_on_highest_loads,
 )
 from brushgrip.report.next_steps import CHECKS, next_steps
 from brushgrip.report.validity_and_missing_effects import (
@@ -247,7 +248,8 @@ def _open_questions(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]
         parts.append(f"friction in {listed(never)}")
     ending = [t for t in tracks if t.last_usable not in (None, t.t.size - 1)]
     if early := [f"{t.name} after {t.t[t.last_usable]:.1f} s" for t in ending]:
-        parts.append(f"friction in {listed(early)} (told is the value until then)")
+        heaviest = note_on_highest_loads(diagnosis, [track.name for track in ending])
+        parts.append(f"friction in {listed(early)} (told is the value until then{heaviest})")
     for e in diagnosis.effects:
         rivals = listed([effect_words(name) for name in (e.name, *e.indistinguishable_from)], "or")
         if e.grade == "ambiguous" and several_mechanisms(e):

@@ -91,11 +91,10 @@ def settling_and_coverage_table(friction: FrictionOutcome, diagnosis: Diagnosis)
     )
 
 
-def friction_by_observer(tracks: Sequence[FrictionTrack], recordings: int) -> ReportTable:
-    """Friction by every observer at its last usable sample, of some of so many recordings."""
+def friction_by_observer(tracks: Sequence[FrictionTrack]) -> ReportTable:
+    """Friction by every observer at its last usable sample."""
     labels = dict.fromkeys(t.reference_label for t in tracks if t.reference is not None)
     alike: dict[tuple[str, ...], list[str]] = {}
-    names = {t.name for t in tracks}
     for t in tracks:
         reference = "–" if t.reference is None else f"{t.reference:.3f}"
         alike.setdefault((t.name, last_usable_friction(t), reference, usable_until(t)), []).append(
@@ -103,7 +102,6 @@ def friction_by_observer(tracks: Sequence[FrictionTrack], recordings: int) -> Re
         )
     return ReportTable(
         caption="Friction μ_eff ± 95 % band at the last usable sample; observers that agree share a row"
-        + f"; {len(names)} of {recordings} recordings" * (len(names) < recordings)
         + (f". Reference: {listed(list(labels))} afterwards" if labels else ""),
         headings=("recording", "observer", "μ_eff", "reference", "usable"),
         rows=[
@@ -186,8 +184,8 @@ def _correlation(signature: SignalCorrelation) -> str:
 def candidates_table(diagnosis: Diagnosis) -> ReportTable:
     """Every candidate's first step."""
     return ReportTable(
-        caption="Candidates, each alone in the refitted model, as ranked: fitted coarsely, to thinned"
-        " recordings, so that figures under “Effects found” differ; error in % of range",
+        caption="Candidates as ranked: fitted coarsely, to thinned recordings, so that figures under"
+        " “Effects found” differ; error in % of range",
         headings=(
             "effect",
             "description",

@@ -97,7 +97,8 @@ def band_caveats(diagnosis: Diagnosis) -> list[str]:
     """What the bands of friction rest on that no recording tells, in sentences."""
     doubtful = [n for n in diagnosis.notes if n.startswith((SUSPECTED, MAY_END, BEYOND_RANGE))]
     assumed = [sentence(note) for note in diagnosis.notes if note.startswith(ASSUMED)]
-    return [*map(sentence, doubtful), " ".join([*assumed, "The ± counts the tolerances."])]
+    covered = "errors of this size, no larger ones" if assumed else "the tolerances"
+    return [*map(sentence, doubtful), " ".join([*assumed, f"The ± of friction covers {covered}."])]
 
 
 def notes_beside(diagnosis: Diagnosis, told: str) -> list[str]:
@@ -125,13 +126,11 @@ def missing_effects(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
             told.append(f"{cause} ({_sureness(clearest, cause)})")
         else:
             names = [effect_words(effect.name) for effect in effects]
-            many = len(names) > 1
             copies = f"Corrections that are no findings ({listed(names)}) stand in for it"
-            if not many:
+            if len(names) == 1:
                 copies = f"A correction that is no finding ({listed(names)}) stands in for it"
-            told.append(f"a further cause, unknown. {copies}")
-            if outcome is not None and outcome.without_stand_ins:
-                told[-1] += f"; without {'them' if many else 'it'} {_friction_without(outcome)}"
+            use = "" if outcome is None else _use_of_stand_ins(diagnosis, effects, outcome)
+            told.append(f"a further cause, unknown. {copies}{use}")
     if diagnosis.unexplained.present:
         unknown = "an error beyond noise remains that no effect explains"
         if unexplained_is_larger(diagnosis):
@@ -146,15 +145,24 @@ def missing_effects(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
     ]
 
 
-def _friction_without(outcome: FrictionOutcome) -> str:
-    """What friction would be without the stand-ins, in words."""
+def _use_of_stand_ins(
+    diagnosis: Diagnosis, stand_ins: Sequence[FoundEffect], outcome: FrictionOutcome
+) -> str:
+    """Which of these `estimate` uses, none that belongs to a recording, and friction without them."""
+    own = [effect.name for effect in diagnosis.model.effects if effect.of_recordings]
+    used = [effect_words(effect.name) for effect in stand_ins if effect.name not in own]
+    them = "them" if len(stand_ins) > 1 else "it"
+    uses = f"uses only {listed(used)}" if used else f"does not use {them}"
+    uses = f"uses {them} too" if len(used) == len(stand_ins) else uses
     changes: dict[str, list[str]] = {}
     for ground, ratio in outcome.without_stand_ins.items():
         share = f"{100 * abs(ratio - 1):.0f} %"
-        change = "the same" if share == "0 %" else f"{share} {'higher' if ratio > 1 else 'lower'}"
+        change = "as" if share == "0 %" else f"{share} {'higher' if ratio > 1 else 'lower'} than"
         changes.setdefault(change, []).append(ground)
-    told = listed([f"{change}{f' on {listed(own)}' * any(own)}" for change, own in changes.items()])
-    return f"friction above would be {told}, but the cause itself may change it by more"
+    told = listed([f"{one} told{f' on {listed(at)}' * any(at)}" for one, at in changes.items()])
+    without = f"; without {them} friction would be {told}, but the cause itself may change it by more"
+    use = f", and the command estimate with model.json {uses}"
+    return f"{use}{without} than that" if told else use
 
 
 def _sureness(effect: FoundEffect, cause: str) -> str:
@@ -176,7 +184,7 @@ def _cause(diagnosis: Diagnosis, effect: FoundEffect) -> str:
     families = [effect.family, *(_family_of(name) for name in names[1:])]
     known = MECHANISMS | {OVER_SPEED: friction_over_speed(diagnosis)}
     if len(names) == 1 and effect.family in MECHANISMS:
-        return summary_of(diagnosis, effect)
+        return known[OVER_SPEED] if effect.family == OVER_SPEED else summary_of(diagnosis, effect)
     known |= {effect.name: f"your effect “{effect_words(effect.name)}”"}  # Of no other family.
     pairs = zip(families, names, strict=True)
     return listed(list(dict.fromkeys(known.get(f, effect_words(name)) for f, name in pairs)), "or")
@@ -185,7 +193,9 @@ def _cause(diagnosis: Diagnosis, effect: FoundEffect) -> str:
 def summary_of(diagnosis: Diagnosis, effect: FoundEffect) -> str:
     """What an effect does: friction over speed by its curve, others by the library, with their size."""
     if effect.family == OVER_SPEED:
-        return friction_over_speed(diagnosis)
+        alone = sum(one.family == OVER_SPEED for one in diagnosis.effects) == 1
+        by_c = "(2.3 c μ) for each" if alone and "c" in effect.parameters else "for each"
+        return friction_over_speed(diagnosis).replace("for each", by_c)
     summary = effect.summary
     ratios = [one for name, one in effect.parameters.items() if name.partition(" [")[0] == "ratio"]
     if effect.name == "asymmetric_friction" and len(ratios) == 1:
@@ -270,9 +280,14 @@ def error_to_quote(diagnosis: Diagnosis) -> str:
     figure = "holdout_torque_nrmse_unrefitted" if bare else judging
     stages = [diagnosis.declared, diagnosis.before, *[diagnosis.after] * bool(diagnosis.effects)]
     assumed, refitted, *found = [percent(errors.summary()[figure]) for errors in stages]
-    told = (
-        f"The calculated torque is off by {assumed} of its range by the assumed model ({refitted} with"
-    )
-    told += f" its stiffness k refitted){''.join(f', by {one} by the model found' for one in found)}"
-    fitted = "" if bare else f", with {adjusted_values(diagnosis)}, fitted to each"
-    return f"{told}, in {judged}{fitted}."
+    first = f"{assumed} of its range by the assumed model as given, by {refitted}"
+    if assumed == percent(None):  # Nothing was fitted that a recording could be left out of.
+        first = f"{refitted} of its range by the assumed model"
+    told = f"The calculated torque is off by {first} with only its stiffness k fitted"
+    told += "".join(f", by {one} by the model found" for one in found)
+    values = f"{adjusted_values(diagnosis)}, fitted to each"
+    if not bare:
+        return f"{told}, in {judged}, with {values}."
+    left = percent(stages[-1].summary()[judging])
+    rest = f"With {values}, {left} is left: the rest does not repeat from recording to recording."
+    return f"{told}, in {judged}. {rest}"

@@ -1,10 +1,10 @@
 """Friction over a batch of recordings, one or many: a table for each, and a summary of all."""
 
 import csv
-import io
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import nan
 from pathlib import Path
 
@@ -45,6 +45,7 @@ from brushgrip.outputs.console import Progress, progress
 from brushgrip.outputs.standard_streams import REMARKS
 from brushgrip.pictures.friction import draw_friction
 from brushgrip.running.cluster import cluster_or_local_executor
+from brushgrip.running.row_file import Row, RowFile
 from brushgrip.wording.formatting import csv_field, csv_text
 from brushgrip.wording.friction_in_words import (
     band_parts,
@@ -53,7 +54,7 @@ from brushgrip.wording.friction_in_words import (
     undeclared_sensor_note,
     unusable_samples_and_remedy,
 )
-from brushgrip.wording.recording_remarks import BETWEEN, recording_remark, with_early_ends
+from brushgrip.wording.recording_remarks import BETWEEN, recording_remark
 from identification import Recording, read_rig
 from identification.diagnosis.found_stiffness import stiffness_note
 from identification.selection.trial_runner import Submit, as_completed, workers
@@ -87,7 +88,6 @@ DIGITS = 5
 """Significant digits of a number in the summary."""
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """Beginnings of a text that spreadsheets take for a formula."""
-Row = Mapping[str, str | int | float]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,10 +130,10 @@ def other_outputs(
 
 @contextmanager
 def task_executor(
-    inputs: Inputs, tasks: Sequence[EstimateTask], jobs: int | None, scheduler: str | None
+    inputs: Inputs, jobs: int | None, scheduler: str | None
 ) -> Iterator[tuple[Submit, Progress]]:
     """Where tasks are done, and who is told how far they are; a single one is done in this process."""
-    if len(tasks) == 1 and scheduler is None:
+    if len(inputs.paths) == 1 and scheduler is None:
         jobs = 1
     if inputs.rig is not None:
         read_rig(inputs.rig)
@@ -147,17 +147,25 @@ def task_executor(
 
 
 def estimate_all(
-    tasks: Sequence[EstimateTask], submit: Submit, report: Callable[[str, int, int], None]
-) -> list[EstimateOutcome]:
-    """Outcome of each task, in their order; the fault of one does not stop the others."""
-    futures = {submit(estimate_one, task): i for i, task in enumerate(tasks)}
-    outcomes: dict[int, EstimateOutcome] = {}
-    for future in as_completed(futures):
-        outcomes[futures[future]] = future.result()
-        if len(outcomes) < len(tasks):
-            report("estimating friction", len(outcomes), len(tasks))
-    rows = with_early_ends([outcomes[i].row for i in range(len(tasks))])
-    return [replace(outcomes[i], row=row) for i, row in enumerate(rows)]
+    tasks: Iterable[EstimateTask], count: int, submit: Submit, report: Callable[[str, int, int], None]
+) -> tuple[Sequence[Row], EstimateOutcome]:
+    """Row of each of so many tasks, in their order, and the outcome that came last.
+
+    The fault of one does not stop the others.
+    """
+    numbers, rows = dict[Future[EstimateOutcome], int](), RowFile(count)
+
+    def submitted() -> Iterator[Future[EstimateOutcome]]:
+        for number, task in enumerate(tasks):
+            numbers[future := submit(estimate_one, task)] = number
+            yield future
+
+    for done, future in enumerate(as_completed(submitted()), start=1):
+        outcome: EstimateOutcome = future.result()
+        rows.put(numbers.pop(future), outcome.row)
+        if done < count:
+            report("estimating friction", done, count)
+    return rows, outcome
 
 
 def estimate_one(task: EstimateTask) -> EstimateOutcome:
@@ -276,13 +284,12 @@ def summary_row(recording: Recording, estimates: Estimates, beside: str = "") ->
     }
 
 
-def summary_csv(rows: Sequence[Row]) -> str:
-    """The rows as CSV; what is not known is empty, and no text is a formula to a spreadsheet."""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows({name: _cell(value) for name, value in row.items()} for row in rows)
-    return text.getvalue()
+def write_summary(path: Path, rows: Iterable[Row]) -> None:
+    """Write rows as CSV; what is not known is empty, and no text is a formula to a spreadsheet."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows({name: _cell(value) for name, value in row.items()} for row in rows)
 
 
 def _cell(value: str | int | float) -> str:

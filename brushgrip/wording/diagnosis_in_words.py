@@ -137,8 +137,8 @@ def explained_grade(effect: FoundEffect) -> str:
             if effect.at_bound:
                 return f"Its best value is at the allowed limit: {UNPROVEN}."
             return (
-                "It improves the model, but by too little beside what remains unexplained: it may make"
-                f" up for a flaw of another effect, {UNPROVEN}."
+                "Its gain is too small beside what remains unexplained: it may make up for a flaw of"
+                f" another effect, {UNPROVEN}."
             )
         case "weak":
             return _why_weak(effect)
@@ -148,6 +148,16 @@ def explained_grade(effect: FoundEffect) -> str:
             return f"{fall}, but {rivals} would explain as much."
         case "strong":
             return f"{fall}, and no other effect with as few parameters does as well."
+
+
+def part_shown(diagnosis: Diagnosis, count: int, otherwise: str) -> str:
+    """Which recordings a picture has room for, in a sentence; empty where it shows all.
+
+    `otherwise` go first where none is held out.
+    """
+    first = "those for validation" if diagnosis.holdout else otherwise
+    told = f" There is room for {count} of {len(diagnosis.series)} recordings (chosen first: {first})."
+    return told * (count < len(diagnosis.series))
 
 
 def proposed_recordings(diagnosis: Diagnosis) -> dict[str, tuple[FoundEffect, Proposal]]:

@@ -1,7 +1,7 @@
 """What is told of recordings beside their friction, in a table and counted."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import product
 from math import nan
 from statistics import median
@@ -60,18 +60,18 @@ def remark_counts(rows: Sequence[Mapping[str, Any]], *, named: bool = False) -> 
     )
 
 
-def with_early_ends(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """The rows, with a remark on those that are much shorter than most."""
-    lengths = [row["duration"] for row in rows if is_figure(row["duration"])]
-    usual = median(lengths) if len(lengths) >= MOST else 0.0
-    told = []
-    for row in rows:
-        seconds, own = row["duration"], row
-        if is_figure(seconds) and seconds < EARLY * usual:
-            text = f"ends early, after {seconds:.2g} s: half of all last {usual:.2g} s or more"
-            own = {**row, "remark": BETWEEN.join(filter(None, (row["remark"], text)))}
-        told.append(own)
-    return told
+def usual_duration(durations: Collection[float]) -> float:
+    """The median of the lengths of recordings [s]; 0 where they are too few."""
+    return median(durations) if len(durations) >= MOST else 0.0
+
+
+def with_early_end(row: Mapping[str, Any], usual: float) -> Mapping[str, Any]:
+    """The row, with a remark where it is much shorter than the usual duration [s]."""
+    seconds = row["duration"]
+    if not (is_figure(seconds) and seconds < EARLY * usual):
+        return row
+    text = f"ends early, after {seconds:.2g} s: half of all last {usual:.2g} s or more"
+    return {**row, "remark": BETWEEN.join(filter(None, (row["remark"], text)))}
 
 
 def friction_of_grounds(rows: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -95,11 +95,14 @@ def friction_of_grounds(rows: Sequence[Mapping[str, Any]]) -> list[str]:
 
 def friction_range(rows: Sequence[Mapping[str, object]]) -> str:
     """Of how many rows of a summary friction is known, of how many not at the end, and its range."""
-    known = [row for row in rows if is_figure(row["mu_eff"])]
     names = ("mu_eff", *(f"mu_eff_{way}" for way in WAYS))
-    mus = [mu for row in known for name in names if is_figure(mu := row.get(name))]
-    early = sum(bool(row.get("since_usable")) for row in known)
-    told = f"friction is known of {len(known)}" + f", {early} of them not at the end" * bool(early)
+    known, early, mus = 0, 0, list[float]()
+    for row in rows:
+        if is_figure(row["mu_eff"]):
+            known += 1
+            early += bool(row.get("since_usable"))
+            mus += [mu for name in names if is_figure(mu := row.get(name))]
+    told = f"friction is known of {known}" + f", {early} of them not at the end" * bool(early)
     return told + (f", mu_eff {min(mus):.2f} to {max(mus):.2f}" if mus else "")
 
 

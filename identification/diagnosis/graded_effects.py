@@ -225,11 +225,15 @@ def notes_on(
 
 def assumed_tolerances(recordings: Sequence[Recording]) -> str:
     """Note on values declared without a tolerance, a sentence without a full stop; empty for none."""
-    names = {"a": "half-length a", "e": "caster e (kingpin to contact)", "k": "tread stiffness k"}
+    names = {
+        "a": "half-length a",
+        "e": "caster e (kingpin to contact)",
+        "k": "tread stiffness k (how steeply the torque rises)",
+    }
     missing = [
         names.get(name, name)
         + (f" ± {100 * usual:g} %" if name in ("load", "k") else f" ± {1000 * usual:g} mm")
-        + " around the value found" * (name == "k")
+        + " of its fitted value" * (name == "k")
         for name, usual in USUAL.items()
         if any(getattr(r.rig.tolerances, name) is None for r in recordings)
     ]

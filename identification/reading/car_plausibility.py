@@ -11,7 +11,8 @@ from identification.reading.units import OF_SIZE, UNITS, unit_by_size
 from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 from symbolic.signal_plausibility_limits import MAX_RETURNED_WORK
-from symbolic.vehicle.steering import jacking_torque, lever, mean_angle, rack_force, rack_position
+from symbolic.vehicle.steering import jacking_torque, lever, mean_angle, pinion_angle, rack_force
+from symbolic.vehicle.variable_ratio import pinion_of_rack, rack_of_pinion
 from symbolic.vehicle.vehicle import Vehicle
 
 MIN_RACK_SPAN = 0.03
@@ -50,8 +51,11 @@ def rack_signals(columns: Mapping[str, Array], vehicle: Vehicle) -> tuple[Array,
     bar = columns.get("T_bar", np.zeros_like(columns["t"]))
     s, force = columns.get("rack"), columns.get("F_rack")
     if s is None:
-        s = rack_position(vehicle, columns["handwheel"], np.nan_to_num(bar))
-    return s, rack_force(vehicle, bar, columns.get("T_motor", 0.0)) if force is None else force
+        pinion = pinion_angle(vehicle, columns["handwheel"], np.nan_to_num(bar))
+        s = rack_of_pinion(vehicle, pinion)[0]
+    else:
+        pinion = pinion_of_rack(vehicle, s)
+    return s, rack_force(vehicle, bar, columns.get("T_motor", 0.0), pinion) if force is None else force
 
 
 def shares_at_limits(columns: Mapping[str, Array], speed: Array) -> dict[str, float]:
@@ -84,7 +88,7 @@ def _units(columns: Mapping[str, Array], vehicle: Vehicle) -> dict[str, str]:
     sizes = dict(columns)
     if "T_motor" in columns and vehicle.motor_ratio > 0:
         # What a motor gives depends on its gear.
-        share = rack_force(vehicle, 0.0, columns["T_motor"]) / MAX_RACK_FORCE
+        share = rack_force(vehicle, 0.0, columns["T_motor"], 0.0) / MAX_RACK_FORCE
         sizes["T_motor"] = share * OF_SIZE["T_motor"][0]
     units = {column: unit_by_size(column, values) for column, values in sizes.items()}
     way = "rack" if "rack" in columns else "handwheel"

@@ -8,6 +8,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, 
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -35,6 +36,8 @@ Report = Callable[[int], None]
 Key = TypeVar("Key")
 _BETWEEN_WAITS = 0.5
 """Longest wait before a pending interrupt is served [s]."""
+_PENDING = 1000
+"""Most futures that are waited for at a time; of more, the others are taken when some are done."""
 THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
 """Variables that the libraries of linear algebra read once, when they are loaded."""
 HEAP = {"MALLOC_MMAP_THRESHOLD_": str(2**25), "MALLOC_TRIM_THRESHOLD_": str(2**28)}
@@ -147,10 +150,12 @@ def values_for(present: Trial, effects: Sequence[Effect]) -> Values:
 
 def as_completed(futures: Iterable[Future[Any]]) -> Iterator[Future[Any]]:
     """Futures in the order in which they are done. On Windows Ctrl-C is heard between waits alone."""
-    pending = set(futures)
+    coming = iter(futures)
+    pending = set(islice(coming, _PENDING))
     while pending:
         done, pending = wait(pending, _BETWEEN_WAITS, FIRST_COMPLETED)
         yield from done
+        pending.update(islice(coming, _PENDING - len(pending)))
 
 
 def results_of(futures: Mapping[Key, Future[Any]]) -> dict[Key, Any]:

@@ -18,14 +18,12 @@ import numpy as np
 
 from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_codegen import compact_body, compact_patch
-from observers.embedded.constant_substitution import Tunable
 from observers.embedded.generated_files import mark, require_usable, write_generated
 from observers.embedded.jinja_templates import ObserverBody, render
-from observers.embedded.own_names import with_prefix
 from observers.embedded.reference_samples import reference_csv
 from observers.embedded.run_time_parameters import parameter_placeholders, run_time_parameters
-from observers.embedded.scalar_expansion import with_meanings
-from observers.embedded.scalar_type import SINGLE, Real, code_in_type
+from observers.embedded.scalar_expansion import Tunable, with_meanings
+from observers.embedded.scalar_type import SINGLE, Real, code_in_type, with_prefix
 from observers.estimators.model_observer import RIG_UNITS
 from observers.measurement.causal_yaw_rate import FILTER_TIME_CONSTANT
 from observers.measurement.directional_friction import OTHER
@@ -146,14 +144,12 @@ def _state_size(body: ObserverBody, real: Real, constants: int, checked: int) ->
 
 def _limit(observer: FunctionObserver, real: Real) -> dict[str, str]:
     """What `check` allows, and why: bristles turn rounding into whole bristles that stick or slide."""
-    if real is not SINGLE:
-        return {"limit": "1e-8", "limit_comment": "Double precision."}
-    if observer.model.exact:
-        return {"limit": "1e-3", "limit_comment": "Single precision, exact patch."}
-    return {
-        "limit": "5e-2",
-        "limit_comment": "Single precision, bristles: rounding decides which slide.",
-    }
+    limit, comment = "1e-8", "Double precision."
+    if real is SINGLE and observer.model.exact:
+        limit, comment = "1e-3", "Single precision, exact patch."
+    elif real is SINGLE:
+        limit, comment = "5e-2", "Single precision, bristles: rounding decides which slide."
+    return {"limit": limit, "limit_comment": comment}
 
 
 def _weaker_direction(observer: FunctionObserver, real: Real, tunable: Tunable) -> dict[str, str]:
@@ -171,17 +167,20 @@ def _placeholders(observer: FunctionObserver, real: Real, name: str, tunable: Tu
     if tunable:
         changed = parameter_placeholders(observer, run_time_parameters(observer, tunable), real)
     return {
-        "tunable": tunable,
-        "constants_at": ", state->constants" if tunable else "",
-        "name": name,
-        "NAME": name.upper(),
-        "real": real.c_type,
-        "digits": real.digits,
+        "tunable": tunable, "constants_at": ", state->constants" if tunable else "",
+        "name": name, "NAME": name.upper(), "real": real.c_type, "digits": real.digits,
         **_limit(observer, real),
         **_weaker_direction(observer, real, tunable),
         "title": f"{observer.title}; {real.c_type}.",
         "rig_comment": _rig_comment(observer, tunable),
         "torque": observer.channel,
+        # Fields of a sample, and their places among the inputs of a program.
+        "sensors": (
+            ("psi", "PSI"),
+            ("psi_dot", "PSI_DOT"),
+            (observer.channel, "TORQUE"),
+            ("F_N", "LOAD"),
+        ),
         "torques": SAMPLE[len(SIGNALS) :],
         "raw_torques": "".join(
             f", sample->{name}" if name == observer.channel else f", ({real.c_type})NAN"
@@ -189,12 +188,8 @@ def _placeholders(observer: FunctionObserver, real: Real, name: str, tunable: Tu
         ),
         "torque_meaning": TORQUE_MEANING[observer.channel],
         "uses_rate": "psi_dot" in INPUTS_OF[observer.channel],
-        "brushgrip": version(),
-        "generated": mark(),
-        "casadi": ca.CasadiMeta.version(),
-        "flags": STATUS_FLAGS,
-        "output": OUTPUT,
-        "estimate": ESTIMATE,
+        "brushgrip": version(), "generated": mark(), "casadi": ca.CasadiMeta.version(),
+        "flags": STATUS_FLAGS, "output": OUTPUT, "estimate": ESTIMATE,
         "numbers": tuple(name for name in OUTPUT if name != "status"),
         "constants": [
             (real.literal(value), label)
@@ -219,7 +214,7 @@ def _placeholders(observer: FunctionObserver, real: Real, name: str, tunable: Tu
         "largest_value": repr(SENSIBLE),
         "least_first_load": repr(MIN_FIRST_LOAD),
         **changed,
-    }
+    }  # fmt: skip
 
 
 def _rig_comment(observer: FunctionObserver, tunable: Tunable) -> str:

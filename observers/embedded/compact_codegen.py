@@ -7,7 +7,6 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from observers.embedded.constant_substitution import ConstantSubstitution, Tunable
 from observers.embedded.estimators.filter import compact_filter
 from observers.embedded.estimators.sample_functions import EstimatorCode, clean_and_patch_signals
 from observers.embedded.estimators.supervision import (
@@ -20,7 +19,12 @@ from observers.embedded.jinja_templates import ObserverBody, render
 from observers.embedded.patches.bristles import bristle_patch_code, has_bristles
 from observers.embedded.patches.exact_patch import exact_patch_code, has_corners
 from observers.embedded.patches.patch_code import PatchCode
-from observers.embedded.scalar_expansion import estimator_c, with_description
+from observers.embedded.scalar_expansion import (
+    ConstantSubstitution,
+    Tunable,
+    estimator_c,
+    with_description,
+)
 from observers.embedded.scalar_type import Real
 from observers.estimators.ekf import Ekf
 from observers.estimators.mhe import Mhe

@@ -1,6 +1,7 @@
 """What differs between versions of FMI, and the functions of each that this model does not offer."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from typing import Any
 
 BASE = {
     "1": {}, "rad": {"rad": 1}, "m": {"m": 1}, "s": {"s": 1}, "kg": {"kg": 1},
@@ -8,31 +9,6 @@ BASE = {
 }  # fmt: skip
 """Units of the library by those of FMI, with their exponents."""
 _AT = "const fmi{}ValueReference at[], size_t count"
-
-
-@dataclass(frozen=True, kw_only=True)
-class FmiVersion:
-    """A version of FMI."""
-
-    number: int
-    instance: str  # Name of a type.
-    state: str  # Part of a name.
-    deserialize: str  # Name of a function.
-    real_type: str  # Name of the type of numbers.
-    integer_type: str  # Name of the type of the status.
-    array: str  # Further parameter of functions that get or set values.
-    description: str  # Template of the model description.
-    library: str  # Folder of the library inside the archive.
-    build: bool  # The archive has a buildDescription.xml.
-    # Functions that report an error, with their parameters behind the instance; those without a `count`
-    # are never called by an importer that has read the model description.
-    unsupported: tuple[tuple[str, str], ...]
-    discarded: tuple[tuple[str, str], ...] = ()  # The same for functions that answer `Discard`.
-
-    @property
-    def fmi(self) -> str:
-        """Beginning of every name."""
-        return f"fmi{self.number}"
 
 
 def base_unit(unit: str) -> str:
@@ -66,11 +42,12 @@ def _values(version: int, verb: str, types: str, more: str = "") -> tuple[tuple[
     )
 
 
-VERSION_2 = FmiVersion(
-    number=2, instance="fmi2Component", state="FMUstate", deserialize="DeSerializeFMUstate",
-    real_type="Real", integer_type="Integer", array="",
-    description="modelDescription.xml", library="linux64", build=False,
-    unsupported=(
+VERSION_2 = {
+    "number": 2, "fmi": "fmi2", "instance": "fmi2Component", "logger": "CallbackLogger",
+    "state": "FMUstate", "deserialize": "DeSerializeFMUstate", "real_type": "Real",
+    "integer_type": "Integer", "array": "", "description": "modelDescription.xml",
+    "library": "linux64", "build": False,
+    "unsupported": (
         *_values(2, "Set", "Integer Boolean String"),
         *_values(2, "Get", "String"),
         ("GetDirectionalDerivative", f"{_AT.format(2)}, const fmi2ValueReference by[], size_t known,"
@@ -79,11 +56,11 @@ VERSION_2 = FmiVersion(
         ("GetRealOutputDerivatives", f"{_AT.format(2)}, const fmi2Integer order[], fmi2Real v[]"),
     ),
     # The standard's answer of a slave whose steps are over when they return.
-    discarded=tuple(
+    "discarded": tuple(
         (f"Get{type_}Status", f"const fmi2StatusKind kind, fmi2{type_ or 'Status'} *value")
         for type_ in ("", "Real", "Integer", "Boolean", "String")
     ),
-)  # fmt: skip
+}  # fmt: skip
 _CLOCKS = {
     "GetIntervalDecimal": "fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[]",
     "GetIntervalFraction": "fmi3UInt64 counters[], fmi3UInt64 resolutions[],"
@@ -100,11 +77,12 @@ _DERIVATIVE = (
     f"{_AT.format(3)}, const fmi3ValueReference by[], size_t known, const fmi3Float64 seed[],"
     " size_t seeds, fmi3Float64 along[], size_t n"
 )
-VERSION_3 = FmiVersion(
-    number=3, instance="fmi3Instance", state="FMUState", deserialize="DeserializeFMUState",
-    real_type="Float64", integer_type="Int32", array=", size_t values_count",
-    description="modelDescription3.xml", library="x86_64-linux", build=True,
-    unsupported=(
+VERSION_3 = {
+    "number": 3, "fmi": "fmi3", "instance": "fmi3Instance", "logger": "LogMessageCallback",
+    "state": "FMUState", "deserialize": "DeserializeFMUState", "real_type": "Float64",
+    "integer_type": "Int32", "array": ", size_t values_count", "description": "modelDescription3.xml",
+    "library": "x86_64-linux", "build": True, "discarded": (),
+    "unsupported": (
         *_values(3, "Get", _NUMBERS, ", size_t n"),
         *_values(3, "Set", f"{_NUMBERS} Int32 Boolean", ", size_t n"),
         *_values(3, "Get", "Clock"),
@@ -132,6 +110,9 @@ VERSION_3 = FmiVersion(
             "EnterContinuousTimeMode", "EnterStepMode", "EvaluateDiscreteStates",
         )),
     ),
-)  # fmt: skip
-VERSIONS = {version.number: version for version in (VERSION_2, VERSION_3)}
-"""By the number of the version."""
+}  # fmt: skip
+VERSIONS: Mapping[int, Mapping[str, Any]] = {2: VERSION_2, 3: VERSION_3}
+"""By the number of the version: types and parts of names for the templates, the folder of the library,
+whether there is a buildDescription.xml; functions that report an error, with their parameters behind the
+instance, of which those without a `count` are never called by an importer that has read the model
+description; and functions that answer `Discard`."""

@@ -13,12 +13,13 @@ import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from observers.embedded.codegen import INPUTS_OF, TORQUE_MEANING, source_texts
-from observers.embedded.constant_substitution import Tunable
-from observers.embedded.fmi_versions import VERSIONS, FmiVersion, base_unit, marked_unused
+from observers.embedded.fmi_versions import VERSIONS, base_unit, marked_unused
 from observers.embedded.generated_files import require_replaceable
 from observers.embedded.jinja_templates import render
+from observers.embedded.scalar_expansion import Tunable
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.protocol import FunctionObserver
 from symbolic import InvalidInputError, compiler
@@ -82,13 +83,8 @@ def generate_fmu(
 ) -> Path:  # fmt: skip
     """Write an observer as `name`.fmu: co-simulation, sources, a library for 64-bit Linux.
 
-    Args:
-        observer: an `Ekf`, an `Mhe`, or any other `FunctionObserver`.
-        folder: where the file goes; it is created if necessary.
-        real: the type of every number inside; the variables are double in any case.
-        name: of the model, and of the file.
-        version: of FMI, 2 (2.0) or 3 (3.0).
-        tunable: what are tunable parameters of the FMU, see `generate`.
+    The version is that of FMI, 2 (2.0) or 3 (3.0); all other arguments are as for `generate`. Variables
+    are double, whatever the type inside; parameters are tunable ones of the FMU.
 
     Returns:
         The file; its bytes follow from the arguments, the compiler and the versions in use.
@@ -104,7 +100,7 @@ def generate_fmu(
         for file, text in texts.items()
         if file.startswith("sources/") and file.endswith((".c", ".h"))
     }
-    library = f"binaries/{VERSIONS[version].library}/{name}.so"
+    library = f"binaries/{VERSIONS[version]['library']}/{name}.so"
     files = {file: text.encode() for file, text in texts.items()}
     files[library] = _library(_compiler(), sources, name)
     file = Path(folder) / f"{name}.fmu"
@@ -139,7 +135,7 @@ def _compiler() -> str:
 
 
 def _texts(
-    observer: FunctionObserver, real: Real, name: str, version: FmiVersion, *, tunable: Tunable
+    observer: FunctionObserver, real: Real, name: str, version: Mapping[str, Any], *, tunable: Tunable
 ) -> dict[str, str]:
     """Every text of the archive, by its path."""
     texts, terms = source_texts(observer, real, name, tunable=tunable)
@@ -154,18 +150,18 @@ def _texts(
     units = ["1", "s", *(v.unit for v in (*terms["inputs"], *OUTPUTS) if v.unit)]
     units += [parameter["fmi_unit"] for parameter in terms["parameters"]]
     terms["units"] = [(unit, base_unit(unit)) for unit in dict.fromkeys(units)]
-    of_version = {**terms, **vars(version), "fmi": version.fmi, "unused": marked_unused}
+    fmi, of_version = version["fmi"], {**terms, **version, "unused": marked_unused}
     archive = {
-        "modelDescription.xml": render(f"fmu/{version.description}", terms),
+        "modelDescription.xml": render(f"fmu/{version['description']}", terms),
         f"sources/{name}.c": texts[f"{name}.c"],
         f"sources/{name}.h": texts[f"{name}.h"],
         f"sources/{name}_fmu.c": render("fmu/fmu.c", of_version),
-        f"sources/{version.fmi}.h": render(f"fmu/{version.fmi}.h", of_version),
+        f"sources/{fmi}.h": render(f"fmu/{fmi}.h", of_version),
         f"resources/{name}.json": parameters,
         "documentation/index.html": render("fmu/documentation.html", terms),
         "documentation/licenses/license.txt": render("fmu/license.txt", terms),
     }
-    if version.build:
+    if version["build"]:
         archive["sources/buildDescription.xml"] = render("fmu/buildDescription.xml", terms)
     return archive
 

@@ -8,12 +8,14 @@ what is counted, the greatest not below. Where CasADi writes vectors, no more th
 is known.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from observers.embedded.compact_codegen import compact_patch
-from observers.embedded.constant_substitution import Tunable
 from observers.embedded.patches.exact_patch import DEPTH
 from observers.embedded.patches.patch_code import PatchCode
+from observers.embedded.scalar_expansion import Tunable
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.estimators.mhe import Mhe
 from observers.protocol import FunctionObserver
@@ -30,44 +32,31 @@ SOFT_DOUBLE = 40
 """Factor of double precision on these, which this processor's unit lacks."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class InstructionsPerPart:
-    """Instructions of the parts of a step, in one type of number; pairs are in the mean, and at most."""
-
-    step: int  # An EKF without its patch.
-    corner: int  # Each corner of the exact patch.
-    drop: int  # Where there are too many, that one is dropped.
-    bristle: tuple[int, int]  # Each bristle.
-    compliant: tuple[int, int]  # More for each bristle behind a compliance.
-    limit: tuple[int, int]  # More for a limit that varies.
-    branch: tuple[int, int]  # More for a Maxwell branch.
-    stiffness_bristle: int  # More where k is a state.
-    stiffness_sample: int  # The same for each sample of a window.
-    creep: tuple[int, int]  # More for creep.
-    creep_compliant: tuple[int, int]  # The same behind a compliance, where it is searched for.
-    sample: int  # Each sample of a window on the exact patch.
-    sample_corner: int  # Each corner of it.
-    sample_bristles: int  # Each sample of a window on bristles.
-    tracking: int  # More with supervision.
-    stiffness: int  # More of a filter whose k is a state.
-    acquiring: tuple[int, int]  # The same at most, and at most with a tuning at run time.
-    tunable: int  # More for a tuning at run time.
-    tunable_sample: int  # The same for each sample of a window.
-
-
-FLOAT = InstructionsPerPart(
-    step=950, corner=82, drop=1_200, bristle=(31, 40), compliant=(17, 20), limit=(45, 45),
-    branch=(23, 25), creep=(35, 56), creep_compliant=(46, 89), sample=354, sample_corner=62,
-    sample_bristles=316, stiffness_bristle=15, stiffness_sample=140, stiffness=170,
-    tracking=1_150, acquiring=(8_250, 8_800), tunable=300, tunable_sample=220,
-)  # fmt: skip
-DOUBLE = InstructionsPerPart(
-    step=24_500, corner=5_700, drop=52_000, bristle=(1_500, 2_400), compliant=(900, 1_500),
-    limit=(3_000, 3_000), branch=(1_000, 1_000), creep=(4_000, 6_600), creep_compliant=(22_300, 43_100),
-    sample=14_700, sample_corner=5_400, sample_bristles=13_500,
-    stiffness_bristle=650, stiffness_sample=5_300, stiffness=6_000, tracking=38_000,
-    acquiring=(591_000, 646_000), tunable=10_000, tunable_sample=8_000,
-)  # fmt: skip
+COUNTS: Mapping[str, tuple[Any, Any]] = {
+    "step": (950, 24_500),  # An EKF without its patch.
+    "corner": (82, 5_700),  # Each corner of the exact patch.
+    "drop": (1_200, 52_000),  # Where there are too many, that one is dropped.
+    "bristle": ((31, 40), (1_500, 2_400)),  # Each bristle.
+    "compliant": ((17, 20), (900, 1_500)),  # More for each bristle behind a compliance.
+    "limit": ((45, 45), (3_000, 3_000)),  # More for a limit that varies.
+    "branch": ((23, 25), (1_000, 1_000)),  # More for a Maxwell branch.
+    "stiffness_bristle": (15, 650),  # More where k is a state.
+    "stiffness_sample": (140, 5_300),  # The same for each sample of a window.
+    "creep": ((35, 56), (4_000, 6_600)),  # More for creep.
+    "creep_compliant": ((46, 89), (22_300, 43_100)),  # The same behind a compliance: it is searched for.
+    "sample": (354, 14_700),  # Each sample of a window on the exact patch.
+    "sample_corner": (62, 5_400),  # Each corner of it.
+    "sample_bristles": (316, 13_500),  # Each sample of a window on bristles.
+    "tracking": (1_150, 38_000),  # More with supervision.
+    "stiffness": (170, 6_000),  # More of a filter whose k is a state.
+    # The same at most, and at most with a tuning at run time.
+    "acquiring": ((8_250, 8_800), (591_000, 646_000)),
+    "tunable": (300, 10_000),  # More for a tuning at run time.
+    "tunable_sample": (220, 8_000),  # The same for each sample of a window.
+}
+"""Instructions of the parts of a step, in single and in double precision; pairs are in the mean, and at
+most."""
+Counts = Mapping[str, Any]
 NOT_COUNTED = ("limited", "grows", "relaxation")
 """Traits of bristles that were not counted in double precision."""
 STEERING, STEERING_SAMPLE, STEERING_CORNER = 1.44, 3.25, 1.29
@@ -125,18 +114,19 @@ def estimated_instructions(
     if tunable == "all" and not patch.takes_rig:
         remedy = "take the tuning alone at run time (--tunable tuning), a tenth of that or less"
         return InstructionsPerStep(instructions=VECTORS * factor, vectors=True, remedy=remedy)
-    counts, effects = FLOAT if real is SINGLE else DOUBLE, patch.observer.model.effects
+    effects = patch.observer.model.effects
+    counts = {part: each[real is not SINGLE] for part, each in COUNTS.items()}
     on_bristles = bool(patch.terms["bristles"])
     if isinstance(observer, Mhe) and effects and not on_bristles:
         return InstructionsPerStep(instructions=None)
     step, corner = _step_and_corner(patch, counts, tunable)
     corner *= not on_bristles
-    acquiring = counts.acquiring[bool(tunable)] + GEAR_ACQUIRING * ("gear" in patch.observer.states)
+    acquiring = counts["acquiring"][bool(tunable)] + GEAR_ACQUIRING * ("gear" in patch.observer.states)
     acquiring *= patch.observer.acquire
-    mean = step + counts.tracking * patch.observer.acquire + CORNERS * corner
+    mean = step + counts["tracking"] * patch.observer.acquire + CORNERS * corner
     # From the steering torque no corner is dropped in the longest step.
     drops = bool(corner) and "psi" not in patch.observer.states
-    most = step + acquiring + MAX_CORNERS * corner + counts.drop * drops
+    most = step + acquiring + MAX_CORNERS * corner + counts["drop"] * drops
     if on_bristles:
         mean += _bristle_instructions(patch, counts, 0)
         most += _bristle_instructions(patch, counts, 1)
@@ -147,29 +137,27 @@ def estimated_instructions(
     )  # fmt: skip
 
 
-def _step_and_corner(
-    patch: PatchCode, counts: InstructionsPerPart, tunable: Tunable
-) -> tuple[float, float]:
+def _step_and_corner(patch: PatchCode, counts: Counts, tunable: Tunable) -> tuple[float, float]:
     """Instructions of a step without patch and supervision, and of each corner of the patch."""
     states, window = patch.observer.states, getattr(patch.observer, "window", 0)
     steered = "psi" in states
-    sample = float(counts.sample_bristles if patch.terms["bristles"] else counts.sample)
-    sample = sample * (STEERING_SAMPLE if steered else 1.0) + counts.tunable_sample * bool(tunable)
-    step = counts.step * (STEERING if steered else 1.0) + counts.tunable * bool(tunable)
-    step += GEAR * ("gear" in states) + counts.stiffness * ("stiffness" in states)
-    sample += counts.stiffness_sample * ("stiffness" in states)
-    corner = counts.corner + window * counts.sample_corner * (STEERING_CORNER if steered else 1.0)
+    sample = float(counts["sample_bristles"] if patch.terms["bristles"] else counts["sample"])
+    sample = sample * (STEERING_SAMPLE if steered else 1.0) + counts["tunable_sample"] * bool(tunable)
+    step = counts["step"] * (STEERING if steered else 1.0) + counts["tunable"] * bool(tunable)
+    step += GEAR * ("gear" in states) + counts["stiffness"] * ("stiffness" in states)
+    sample += counts["stiffness_sample"] * ("stiffness" in states)
+    corner = counts["corner"] + window * counts["sample_corner"] * (STEERING_CORNER if steered else 1.0)
     return step + window * sample, corner * (RIG_CORNER if tunable == "all" else 1.0)
 
 
-def _bristle_instructions(patch: PatchCode, counts: InstructionsPerPart, column: int) -> float:
+def _bristle_instructions(patch: PatchCode, counts: Counts, column: int) -> float:
     """Instructions of the bristles, in the mean or at most."""
     terms = patch.terms
-    each = counts.bristle[column] + counts.compliant[column] * bool(terms["compliant"])
-    each += counts.limit[column] * bool(terms["limited"] or terms["grows"])
-    each += counts.branch[column] * bool(terms["relaxation"])
-    each += counts.stiffness_bristle * bool(terms["by_k"])
-    creep = counts.creep_compliant if terms["compliant"] else counts.creep
+    each = counts["bristle"][column] + counts["compliant"][column] * bool(terms["compliant"])
+    each += counts["limit"][column] * bool(terms["limited"] or terms["grows"])
+    each += counts["branch"][column] * bool(terms["relaxation"])
+    each += counts["stiffness_bristle"] * bool(terms["by_k"])
+    creep = counts["creep_compliant"] if terms["compliant"] else counts["creep"]
     return float(terms["bristles"] * (each + creep[column] * bool(terms["creep"])))
 
 

@@ -36,12 +36,7 @@ class NativeObserver:
     ) -> Estimates:
         """The estimates along a recording, sample by sample, as `observers.run` returns them.
 
-        Args:
-            t: time, increasing, shape (n,) with n >= 2 [s].
-            psi: yaw angle, shape (n,), NaN where missing [rad].
-            F_N: vertical load, shape (n,), NaN where missing [N].
-            torque: the torque that the observer uses, shape (n,), NaN where missing [N m].
-            psi_dot: yaw rate where it is measured, shape (n,) [rad/s]; None derives it from psi.
+        Arguments are as there, all of shape (n,); torque is the one that the observer uses [N m].
 
         Raises:
             InvalidInputError: shapes differ.

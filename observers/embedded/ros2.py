@@ -16,19 +16,9 @@ def generate_ros2(
 
     The node takes the joint's position [rad], velocity [rad/s] and effort [N m] from `joint_states`, the
     load [N] from `load` or from a parameter; a message is a sample. It publishes `~/estimate` in the
-    order of `ESTIMATE`, and `~/reset` starts the observer anew.
-
-    Args:
-        observer: an `Ekf`, an `Mhe`, or any other `FunctionObserver`.
-        folder: where the files go; it is created if necessary.
-        real: the type of every number in C; messages have double.
-        name: of package, executable and node; begins every name in C.
-
-    Returns:
-        The files written.
-
-    Raises:
-        InvalidInputError: as for `generate`.
+    order of `ESTIMATE`, and `~/reset` starts the observer anew. The name is that of package, executable
+    and node; numbers in messages are double. Arguments, the files returned and errors are as for
+    `observers.embedded.generate`.
     """
     texts, terms = source_texts(observer, real, name)
     kept = {file: texts[file] for file in (f"{name}.c", f"{name}.h", f"{name}.hpp", f"{name}.json")}

@@ -6,13 +6,13 @@ have them. C checks a block as these classes do, and fills the vector of constan
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from math import inf, isfinite
 from typing import Any
 
 import numpy as np
 
-from observers.embedded.constant_substitution import Tunable
+from observers.embedded.scalar_expansion import Tunable
 from observers.embedded.scalar_type import DOUBLE, SINGLE, Real
 from observers.estimators.model_observer import RIG_UNITS, ModelObserver
 from observers.measurement.measurement_model import RIG
@@ -156,30 +156,20 @@ def _of_tuning(observer: ModelObserver) -> Iterator[RunTimeParameter]:
 
 def calibration_placeholders(parameters: Sequence[RunTimeParameter], real: Real) -> dict[str, Any]:
     """Values of the placeholders of `templates/parameters.a2l`."""
-    most = real.greatest
+    most, numbers = real.greatest, [name for name in OUTPUT if name != "status"]
     measured = [
-        {
-            "name": name, "unit": ESTIMATE_UNITS.get(name, "1"), "offset": i * real.size,
-            "type": A2L_TYPES[real], "least": -most, "most": most,
-        }
-        for i, name in enumerate(n for n in OUTPUT if n != "status")
-    ]  # fmt: skip
-    flags = [
-        {
-            "name": name, "unit": "1", "offset": len(measured) * real.size + 4 * i, "type": "SLONG",
-            "least": 0, "most": highest,
-        }
-        for i, (name, highest) in enumerate((("informed", 1), ("usable", 1), ("status", 2**31 - 1)))
-    ]  # fmt: skip
+        (name, A2L_TYPES[real], ESTIMATE_UNITS.get(name, "1"), -most, most, i * real.size)
+        for i, name in enumerate(numbers)
+    ]
+    flags = {"informed": 1, "usable": 1, "status": 2**31 - 1}
+    begin = len(numbers) * real.size
+    measured += [(n, "SLONG", "1", 0, flags[n], begin + 4 * i) for i, n in enumerate(flags)]
     ranges = [
-        {
-            "field": p.field, "unit": p.unit, "offset": i * real.size, "about": f"{p.about}: {p.range}",
-            "least": _least(p, real), "most": max(min(p.upper, most), -most),
-        }
-        for i, p in enumerate(parameters)
-    ]  # fmt: skip
-    units = list(dict.fromkeys(one["unit"] for one in (*ranges, *measured)))
-    return {"measured": [*measured, *flags], "characteristics": ranges, "units": units,
+        (p.field, f"{p.about}: {p.range}", p.unit, _least(p, real), max(min(p.upper, most), -most))
+        for p in parameters
+    ]
+    units = list(dict.fromkeys([*(one[2] for one in ranges), *(one[2] for one in measured)]))
+    return {"measured": measured, "characteristics": ranges, "units": units, "real_size": real.size,
             "a2l_real": A2L_TYPES[real]}  # fmt: skip
 
 
@@ -201,7 +191,7 @@ def parameter_placeholders(
     return {
         "parameters": [
             {
-                **{f.name: getattr(p, f.name) for f in fields(p)},
+                **vars(p),
                 "literal": real.literal(p.value),
                 "start": repr(p.value).replace("inf", "INF"),
                 "fmi_unit": p.unit.replace(" ", "."),

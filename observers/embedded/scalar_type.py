@@ -1,4 +1,4 @@
-"""The floating-point type of a target, and C whose literals and calls of math.h are all of that type.
+"""The floating-point type of a target, and text of C in that type, with names of its own.
 
 CasADi writes constants as doubles and calls sqrt, not sqrtf, whatever `casadi_real` is; on a target with
 a single-precision unit every step would then run through emulated double arithmetic. The templates are
@@ -34,6 +34,12 @@ TOKEN = re.compile(
     re.VERBOSE | re.DOTALL,
 )
 REAL_LITERAL = re.compile(r"(?:\d+\.\d*|\.\d+)(?:[eE][+-]?\d+)?|\d+[eE][+-]?\d+")
+
+_STATIC = re.compile(r"^static [\w \t*]*?\b(\w+)\s*(?:\(|\[|=|;)", re.MULTILINE)
+_MACRO = re.compile(r"^[ \t]*#[ \t]*define[ \t]+(\w+)", re.MULTILINE)
+_TYPE = re.compile(r"^} (\w+);", re.MULTILINE)
+_ENUM = re.compile(r"^enum \{(.*?)\};", re.MULTILINE | re.DOTALL)
+_CONSTANT = re.compile(r"(?:^|,)\s*(\w+)")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,3 +111,31 @@ def _typed(kind: str, token: str, real: Real) -> str:
             raise InvalidInputError(f"the constant {token} is beyond the type {real.c_type}")
         return token + real.suffix
     return token
+
+
+def defined_names(text: str) -> frozenset[str]:
+    """Names that a file of C defines for itself: static functions and tables, types, macros, constants.
+
+    They are found where they are defined at the beginning of a line.
+    """
+    code = "".join(" " if kind == "comment" else token for kind, token in tokens(text))
+    constants = (_CONSTANT.findall(inside) for inside in _ENUM.findall(code))
+    found = [_STATIC.findall(code), _MACRO.findall(code), _TYPE.findall(code), *constants]
+    return frozenset(name for names in found for name in names)
+
+
+def with_prefix(text: str, name: str) -> str:
+    """A file of C whose own names begin with `name`, so that several can be one translation unit.
+
+    Names that do so already stay, as do those in comments and strings, behind a dot or an arrow.
+    """
+    taken = (f"{name}_", f"{name.upper()}_")
+    own = {n for n in defined_names(text) if not n.startswith(taken)}
+
+    renamed, before = [], ""
+    for kind, token in tokens(text):
+        is_own = kind == "name" and token in own and not before.endswith((".", "->"))
+        renamed.append(f"{taken[token.isupper()]}{token}" if is_own else token)
+        if kind != "comment":
+            before = (before + token.strip())[-2:]
+    return "".join(renamed)

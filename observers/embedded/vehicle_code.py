@@ -6,29 +6,23 @@ import casadi as ca
 
 from observers.embedded.generated_files import mark, write_generated
 from observers.embedded.jinja_templates import render
-from observers.embedded.own_names import with_prefix
-from observers.embedded.scalar_type import Real, code_in_type
+from observers.embedded.scalar_type import Real, code_in_type, with_prefix
 from observers.layout import symbols
 from symbolic.casadi_functions import named_function
 from symbolic.compilation.scalar_c import c_function
 from symbolic.vehicle.mean_wheel import wheel_of_rack
-from symbolic.vehicle.steering import rack_force, rack_position
+from symbolic.vehicle.steering import pinion_angle, rack_force, rack_position
 from symbolic.vehicle.vehicle import Vehicle
 
 
 def generate_vehicle(vehicle: Vehicle, folder: str | Path, real: Real, *, name: str) -> list[Path]:
-    """Write NAME_vehicle.h beside the C of an observer: rack or handwheel to `NAME_sample_t`.
+    """Write and return NAME_vehicle.h beside an observer's C: rack or handwheel to `NAME_sample_t`.
 
-    Args:
-        vehicle: the vehicle, whose `brakes` say whether the wheels are held.
-        folder: where the observer's C is.
-        real: the type of every number.
-        name: of that C.
-
-    Returns:
-        The file.
+    Folder, type and name are those of that C; the vehicle's `brakes` say whether the wheels are held.
     """
     written = [c_function(f.name(), f, real.c_type) for f in vehicle_functions(vehicle)]
+    if vehicle.rack_by_handwheel:
+        written.insert(0, "#include <stdbool.h>\n")
     terms = {
         "name": name, "NAME": name.upper(), "real": real.c_type, "generated": mark(),
         "functions": "\n".join(written), "load": real.literal(vehicle.wheel_load),
@@ -48,7 +42,8 @@ def vehicle_functions(vehicle: Vehicle) -> list[ca.Function]:
     of_handwheel = symbols(ca.SX, handwheel=1, T_bar=1, T_motor=1)
     handwheel, bar, motor = of_handwheel.values()
     psi, M_z = wheel_of_rack(vehicle, *of_rack.values(), brakes=vehicle.brakes)
-    way, force = rack_position(vehicle, handwheel, bar), rack_force(vehicle, bar, motor)
+    pinion = pinion_angle(vehicle, handwheel, bar)
+    way, force = rack_position(vehicle, handwheel, bar), rack_force(vehicle, bar, motor, pinion)
     return [
         named_function("wheel_of_rack", of_rack, {"psi": psi, "M_z": M_z}, cse=True),
         named_function("rack_of_handwheel", of_handwheel, {"rack": way, "force": force}, cse=True),

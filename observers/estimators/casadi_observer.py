@@ -245,8 +245,8 @@ class CasadiObserver:
 
     @cached_property
     def _parts(self) -> Layout:
-        evidence = (("evidence", EVIDENCE.size, 1),) if self.is_checked else ()
-        return Layout((*self.layout.fields, ("screen", SCREEN.size, 1), *evidence))
+        checks = {"screen": SCREEN.size} | ({"evidence": EVIDENCE.size} if self.is_checked else {})
+        return Layout.of(*self.layout.fields, **checks)
 
     def _own(self, state: ObserverState) -> Array:
         """The numbers of a state, where it is one of this observer."""

@@ -82,45 +82,22 @@ class Ekf(ModelObserver):
 def ekf_layout(model: PatchModel, measurement_model: MeasurementModel) -> Layout:
     """The parts of the filter's state."""
     n = len(measurement_model.states)
-    return Layout(
-        (
-            *memory_fields(model, measurement_model),
-            ("x", n, 1),
-            ("factor", n, n),
-            ("last", len(CLEAN), 1),
-            ("M_z", 1, 1),
-            ("slopes", len(slope_states(measurement_model)), 1),
-            ("counts", len(COUNTS), 1),
-            ("monitor", len(change_monitor_fields(measurement_model)), 1),
-            ("output", len(OUTPUT), 1),
-        )
-    )
+    return Layout.of(
+        *memory_fields(model, measurement_model), x=n, factor=(n, n), last=len(CLEAN), M_z=1,
+        slopes=len(slope_states(measurement_model)), counts=len(COUNTS),
+        monitor=len(change_monitor_fields(measurement_model)), output=len(OUTPUT),
+    )  # fmt: skip
 
 
 @cache
 def build_ekf_step(
-    model: PatchModel, measurement_model: MeasurementModel, iterations: int = 1
+    model: PatchModel, measurement_model: MeasurementModel, iterations: int, *, commented: bool = False
 ) -> ca.Function:
-    """One sample of the filter: (state, sample, constants) -> (state_next, output)."""
-    inputs, outputs, _ = _step(model, measurement_model, iterations)
-    return named_function("ekf_step", inputs, outputs)
+    """One sample of the filter: (state, sample, constants) -> (state_next, output).
 
-
-@cache
-def build_commented_step(model: PatchModel, measurement_model: MeasurementModel) -> ca.Function:
-    """The same, of one iteration, with what stands between as outputs before these.
-
-    (state, sample, constants) -> (predicted_x, predicted_factor, innovation, innovation_variance,
-    accepted, reset, state_next, output).
+    With comments what stands between comes before these: predicted_x, predicted_factor, innovation,
+    innovation_variance, accepted, reset.
     """
-    inputs, outputs, between = _step(model, measurement_model, 1)
-    return named_function("ekf_step", inputs, {**between, **outputs})
-
-
-def _step(
-    model: PatchModel, measurement_model: MeasurementModel, iterations: int
-) -> tuple[dict[str, ca.MX], dict[str, ca.MX], dict[str, ca.MX]]:
-    """Inputs and outputs of a step, and what stands between."""
     parts = ekf_layout(model, measurement_model)
     inputs = step_symbols(model, parts)
     before = parts.split(inputs["state"])
@@ -158,7 +135,8 @@ def _step(
         "innovation_variance": innovation_variance(test["H_P_H"], test["weight"], test["huber_scale"]),
         "accepted": test["accepted"], "reset": test["reset"],
     }  # fmt: skip
-    return inputs, {"state_next": parts.join(state_next), "output": output}, between
+    outputs = {"state_next": parts.join(state_next), "output": output}
+    return named_function("ekf_step", inputs, {**between, **outputs} if commented else outputs)
 
 
 def _predict(sample: StepSample, before: Parts) -> tuple[ca.MX, ca.MX, Parts]:

@@ -95,19 +95,11 @@ class Mhe(ModelObserver):
 def mhe_layout(model: PatchModel, measurement_model: MeasurementModel, window: int) -> Layout:
     """The parts of the estimator's state."""
     n = len(measurement_model.states)
-    return Layout(
-        (
-            *PatchWindow(model=model, measurement_model=measurement_model, window=window).fields,
-            ("samples", len(ROWS), window),
-            ("x", n, window),
-            ("mean", n, 1),
-            ("factor", n, n),
-            ("P_newest", n, n),
-            ("counts", len(COUNTS), 1),
-            ("monitor", len(change_monitor_fields(measurement_model)), 1),
-            ("output", len(OUTPUT), 1),
-        )
-    )
+    return Layout.of(
+        *PatchWindow(model=model, measurement_model=measurement_model, window=window).fields,
+        samples=(len(ROWS), window), x=(n, window), mean=n, factor=(n, n), P_newest=(n, n),
+        counts=len(COUNTS), monitor=len(change_monitor_fields(measurement_model)), output=len(OUTPUT),
+    )  # fmt: skip
 
 
 @cache

@@ -113,7 +113,7 @@ class ModelObserver(CasadiObserver):
         parts = self.estimator_layout
         if not self.acquire:
             return parts
-        return Layout((*parts.fields, *supervision_layout(self.measurement_model).fields))
+        return Layout.of(*parts.fields, *supervision_layout(self.measurement_model).fields)
 
     @property
     def step_function(self) -> ca.Function:

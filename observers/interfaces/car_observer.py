@@ -88,25 +88,15 @@ class RackSampler:
 
 
 def run_standstills(
-    observers: Sequence[Observer],
-    stretch: NDArray[np.int64],
-    t: Array,
-    psi: Array,
-    F_N: Array,
+    observers: Sequence[Observer], stretch: NDArray[np.int64], t: Array, psi: Array, F_N: Array,
     M_z: Array,
-) -> Estimates:
+) -> Estimates:  # fmt: skip
     """Estimate mu over the standstills of a car; between them the last estimate is held.
 
     While the car rolls, its contacts forget how they were turned: each standstill begins anew, at rest.
-    Held estimates have `Status.HELD` and are neither informed nor usable.
-
-    Args:
-        observers: of each standstill.
-        stretch: number of the standstill that a sample belongs to, -1 for none, shape (n,).
-        t: time [s]; this and the following as for `observers.run`.
-        psi: angle of the mean wheel [rad].
-        F_N: its load [N].
-        M_z: its torque [N m].
+    Held estimates have `Status.HELD` and are neither informed nor usable. Each standstill has its
+    observer; `stretch` is its number for every sample, -1 for none, shape (n,). Time, angle, load and
+    torque are those of the mean wheel, as for `observers.run`.
 
     Raises:
         InvalidInputError: as of `observers.run`; or there is no standstill.

@@ -48,16 +48,8 @@ def smooth(
     of the filter. While friction is acquired, and before the first sample that has angle and load, a
     sample gets mu of the first afterwards on the same ground, with a deviation that grows as mu walks.
     Usable is what is usable of the filter, less what later samples contradict: nothing before the
-    filter knows friction, though what is smoothed knows it.
-
-    Args:
-        observer: the filter.
-        t: time [s]; this and the following as for `observers.run`.
-        psi: yaw angle [rad].
-        F_N: vertical load [N].
-        M_z: aligning torque [N m].
-        psi_dot: yaw rate [rad/s].
-        M: steering torque [N m].
+    filter knows friction, though what is smoothed knows it. The observer is the filter, all other
+    arguments are as for `observers.run`.
 
     Raises:
         InvalidInputError: the observer is no `Ekf`; else as for `observers.run`.

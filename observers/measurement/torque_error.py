@@ -100,12 +100,9 @@ JITTER = 0.99
 
 
 def update_noise(
-    before: Parts,
-    M_z: Expression,
-    dt: Expression,
-    initial_variance: Expression,
+    before: Parts, M_z: Expression, dt: Expression, initial_variance: Expression,
     min_variance: Expression,
-) -> Parts:
+) -> Parts:  # fmt: skip
     """The numbers of `NOISE` after a torque [N m], NaN where it is missing, of so long a step [s].
 
     initial_variance is that of a block before one was seen, min_variance that of a sensor without noise,

@@ -17,13 +17,9 @@ AT_LIMIT = 0.95
 
 
 def irreducible_reason(
-    observer: ModelObserver,
-    target: float,
-    estimate: Estimate,
-    F_N: float,
-    greatest: float,
+    observer: ModelObserver, target: float, estimate: Estimate, F_N: float, greatest: float,
     excess: float,
-) -> str:
+) -> str:  # fmt: skip
     """Why no steering reaches a target under a load [N]; empty where one may, or the load is missing.
 
     A vague estimate counts as the greatest friction of the prior, at which the least remains; excess is

@@ -38,17 +38,8 @@ def uncertainty_budget(
     The tolerances of lengths and load, `Tuning.mu_floor` and dry friction stay as they are however the
     wheel is steered. `SLOPE` is by how much the torque grows otherwise with the angle than k and its
     tolerance say, as far as that was known when friction was acquired. `REST` is the filter's own
-    variance.
-
-    Args:
-        observer: the filter.
-        at: index of a sample at which friction is usable.
-        t: time [s]; this and the following as for `observers.run`.
-        psi: yaw angle [rad].
-        F_N: vertical load [N].
-        M_z: aligning torque [N m].
-        psi_dot: yaw rate [rad/s].
-        M: steering torque [N m].
+    variance. `at` is the index of a sample at which friction is usable, all other arguments are as for
+    `observers.run`.
 
     Raises:
         InvalidInputError: nothing is known at this sample; or as of `observers.run`.

@@ -82,8 +82,8 @@ PREDICTED = OUTPUT.index("M_z_predicted")
 def supervision_layout(measurement_model: MeasurementModel) -> Layout:
     """State of the supervision."""
     block = max(len(measurement_model.torque_state), 1)
-    own = Layout.of(own=len(OWN), block=block, verdict=len(VERDICT)).fields
-    return Layout((*own, *search_layout(has_gear_friction(measurement_model)).fields))
+    own = Layout.of(own=len(OWN), block=block, verdict=len(VERDICT))
+    return Layout.of(*own.fields, *search_layout(has_gear_friction(measurement_model)).fields)
 
 
 def initial_supervision(

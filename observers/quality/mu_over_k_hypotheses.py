@@ -99,8 +99,8 @@ def hypothesis_fields(gear: bool) -> tuple[str, ...]:
 @cache
 def search_layout(gear: bool) -> Layout:
     """State of the acquisition."""
-    sizes = (("track", len(TRACK), 1), ("points", POINTS, PATHS))
-    return Layout((*sizes, ("hypotheses", len(hypothesis_fields(gear)), len(RATIOS))))
+    hypotheses = (len(hypothesis_fields(gear)), len(RATIOS))
+    return Layout.of(track=len(TRACK), points=(POINTS, PATHS), hypotheses=hypotheses)
 
 
 def acquisition_settings(tuning: Parts, misfit: float, again: Expression) -> Expression:
@@ -217,6 +217,8 @@ def build_one_hypothesis_update(gear: bool = False) -> ca.Function:
     for (i, one), (j, other) in combinations_with_replacement(enumerate(order), 2):
         after[factor_name(one, other)] = factor[i, j]
     after["D_gain"] = ca.fmax(after["D_gain"], 1e-9)
+    # A twist that moves the torque no longer would be forgotten without a limit, the zero with it.
+    after["D_twist"] = ca.fmin(after["D_twist"], TWIST_STD**2)
     may_be = ca.fabs(after["twist"]) + ca.sqrt(variance_of(after, "twist"))
     after["left"] = may_be * ca.fabs(slid - free)
     outputs = {"part_next": vector_of(names, after)}

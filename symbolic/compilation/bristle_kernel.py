@@ -8,7 +8,9 @@ serves any number.
 """
 
 import ctypes
+import re
 from functools import cache
+from importlib.resources import files
 from typing import TYPE_CHECKING
 
 import casadi as ca
@@ -32,6 +34,9 @@ from symbolic.model import Model
 
 if TYPE_CHECKING:
     from jinja2 import Environment
+
+_STATEMENT_BEHIND = re.compile(r"^(?!%%)(.*\S) +%% ((if|for) .+)$", re.MULTILINE)
+_BLOCK = r"%% \2\n\1\n%% end\3"
 
 
 class CompiledRecordingRun:
@@ -119,12 +124,19 @@ def kernel_source(model: Model) -> str:
 
 @cache
 def c_templates(package: str) -> "Environment":
-    """A package's templates: `${name}` stands for a value, a line that begins with %% is a statement."""
+    """A package's templates: `${name}` stands for a value, a line that begins with %% is a statement.
+
+    A statement about one line stands behind it, as in `code %% if x` and `code %% for y in z`.
+    """
     # Where nothing is compiled the templates' library is not loaded either.
-    from jinja2 import Environment, PackageLoader, StrictUndefined
+    from jinja2 import Environment, FunctionLoader, StrictUndefined
+
+    def template(name: str) -> str:
+        text = files(package).joinpath("templates", name).read_text("utf-8")
+        return _STATEMENT_BEHIND.sub(_BLOCK, text)
 
     return Environment(
-        loader=PackageLoader(package), undefined=StrictUndefined, keep_trailing_newline=True,
+        loader=FunctionLoader(template), undefined=StrictUndefined, keep_trailing_newline=True,
         variable_start_string="${", variable_end_string="}", line_statement_prefix="%%",
     )  # fmt: skip
 

@@ -28,6 +28,8 @@ _TYRE = re.compile(
 )
 TOLERANCE_ALONE = ("geometry", "force_scale")
 """Tolerances without a value, as shares."""
+RATIO_TABLE = "rack_by_handwheel"
+"""The steering's ratio as pairs."""
 _KEYS = tuple(field.name for field in fields(Vehicle) if field.name not in ("tolerances", "tyre_width"))
 TOLERATED_BY = {"front_axle_load": "load"} | {
     field.name: field.name for field in fields(VehicleTolerances) if field.name in _KEYS
@@ -41,7 +43,8 @@ def vehicle_from_tables(document: Mapping[str, object]) -> Vehicle:
     ``tyre = "195/65 R15"`` gives the nominal width. `half_length`, `stiffness`, `front_axle_load`,
     `slide_factor`, `gear_friction` and `damping` may be tables ``{ value = 0.06, tolerance = 0.009 }``;
     ``geometry = { tolerance = 0.03 }`` is that of all lengths and ratios of the steering, as a share;
-    ``force_scale`` likewise that of the measured force's scale.
+    ``force_scale`` likewise that of the measured force's scale. ``rack_by_handwheel = [[1.5, 0.012],
+    [6.0, 0.055]]`` has angles of the handwheel and ways of the rack.
 
     Raises:
         InvalidInputError: a key is missing or unknown, or a value is out of its range.
@@ -56,6 +59,10 @@ def vehicle_from_tables(document: Mapping[str, object]) -> Vehicle:
     if unknown := [name for name in section if name not in allowed]:
         raise InvalidInputError(
             f"[{VEHICLE}] unknown key {excerpt(unknown[0])}; allowed: {', '.join(allowed)}"
+        )
+    if {RATIO_TABLE, "steering_ratio"} <= set(section):
+        raise InvalidInputError(
+            f"[{VEHICLE}] {RATIO_TABLE} stands in place of steering_ratio: leave one"
         )
     if missing := [name for name in REQUIRED if name not in section]:
         raise InvalidInputError(f"[{VEHICLE}] {', '.join(missing)} missing")
@@ -78,6 +85,8 @@ def vehicle_from_tables(document: Mapping[str, object]) -> Vehicle:
                     f"[{VEHICLE}] brakes must be true or false, got {quoted_value(entry)}"
                 )
             values[name] = entry
+        elif name == RATIO_TABLE:
+            values[name] = _pairs(entry)
         elif name != "tyre":
             values[name] = _number(name, entry)
     try:
@@ -103,6 +112,16 @@ def tyre_of(size: object) -> dict[str, float]:
         "tyre_width": width,
         "wheel_radius": int(found["rim"]) * INCH / 2 + (1 - DEFLECTION) * height,
     }
+
+
+def _pairs(entry: object) -> tuple[tuple[float, ...], ...]:
+    """Pairs of numbers, without that of the middle."""
+    if not (isinstance(entry, list) and all(isinstance(p, list) and len(p) == 2 for p in entry)):
+        raise InvalidInputError(
+            f"[{VEHICLE}] {RATIO_TABLE}: write [[rad, m], ...], got {quoted_value(entry)}"
+        )
+    pairs = [tuple(_number(RATIO_TABLE, number) for number in pair) for pair in entry]
+    return tuple(pairs[1:] if pairs[:1] == [(0.0, 0.0)] else pairs)
 
 
 def _tolerance(name: str, entry: object, keys: tuple[str, ...]) -> float:

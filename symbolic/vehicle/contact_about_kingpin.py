@@ -110,6 +110,7 @@ def standing_point(vehicle: Vehicle, psi: float, side: int) -> tuple[float, floa
     return -float(from_kingpin @ along), float(outwards)
 
 
+@cache
 def growth_to_full_lock(vehicle: Vehicle, *, brakes: bool) -> ContactGrowthWithAngle:
     """Growth of the contacts' torque and stiffness at full lock, as means of both wheels."""
     straight, lock = Contact.of(vehicle, brakes=brakes), lock_angle(vehicle)

@@ -37,6 +37,7 @@ import numpy as np
 
 from symbolic.errors import InvalidInputError
 from symbolic.patch_interface import Expression
+from symbolic.vehicle.variable_ratio import rack_of_pinion
 from symbolic.vehicle.vehicle import RANGES, Vehicle
 
 OF_LOCK = 0.8
@@ -104,12 +105,26 @@ def inclination_of_return(vehicle: Vehicle, factor: float) -> float:
         ) from None
 
 
-def rack_force(vehicle: Vehicle, torsion_bar: Expression, motor: Expression = 0.0) -> Expression:
-    """Force of the gear on the rack [N]: torque of the torsion bar and of the motor [N m]."""
-    pinion = torsion_bar + vehicle.motor_ratio * vehicle.motor_efficiency * motor
-    return pinion / vehicle.rack_gain
+def rack_force(
+    vehicle: Vehicle, torsion_bar: Expression, motor: Expression = 0.0, pinion: Expression | None = None
+) -> Expression:
+    """Force of the gear on the rack [N]: torque of the torsion bar and of the motor [N m].
+
+    Where the ratio varies, the angle of the pinion [rad] is needed as well.
+    """
+    if vehicle.rack_by_handwheel:
+        if pinion is None:
+            raise InvalidInputError("rack_by_handwheel needs the angle of the pinion for a force")
+        torsion_bar = torsion_bar * (vehicle.rack_gain / rack_of_pinion(vehicle, pinion)[1])
+    straight = torsion_bar + vehicle.motor_ratio * vehicle.motor_efficiency * motor
+    return straight / vehicle.rack_gain
+
+
+def pinion_angle(vehicle: Vehicle, handwheel: Expression, torsion_bar: Expression) -> Expression:
+    """Angle of the pinion [rad]: the handwheel's less the twist of the torsion bar."""
+    return handwheel - torsion_bar / vehicle.torsion_bar
 
 
 def rack_position(vehicle: Vehicle, handwheel: Expression, torsion_bar: Expression) -> Expression:
     """Way of the rack [m] by the handwheel's angle [rad] less the twist of the torsion bar."""
-    return vehicle.rack_gain * (handwheel - torsion_bar / vehicle.torsion_bar)
+    return rack_of_pinion(vehicle, pinion_angle(vehicle, handwheel, torsion_bar))[0]

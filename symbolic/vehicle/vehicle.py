@@ -11,6 +11,7 @@ rest has defaults of a passenger car, each with its tolerance.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 from math import inf, isfinite, pi
 from typing import Annotated, NamedTuple, get_origin, get_type_hints
 
@@ -22,10 +23,16 @@ TREAD = 0.8
 """Width of the contact over the tyre's nominal width [1]."""
 CORNERING = 15.0
 """Cornering stiffness over the load of a passenger car's tyre [1/rad]; [Pacejka 2012], chapter 1."""
+LEAST_GAIN, MOST_GAIN = 0.00125, 0.06
+"""Way of the rack over the turn of its pinion [m/rad]."""
 STD_PER_TOLERANCE = 0.68
 """Standard deviation of a declared value over its tolerance [1]: more than where it may be anywhere
 within, 0.58, so that bands hold for most cars with all values but the force's scale at an end of
 theirs at once; where all push one way, friction is up to 2.4 deviations off."""
+
+
+Pairs = tuple[tuple[float, float], ...]
+"""Angles of the handwheel [rad] and the rack's ways there [m]."""
 
 
 class AllowedRange(NamedTuple):
@@ -84,6 +91,8 @@ class Vehicle:
         wheel_radius: of a loaded front wheel [m].
         wheelbase, track: of the car, the latter in front [m].
         steering_ratio: turn of the handwheel over the mean angle of the wheels, straight ahead [1].
+        rack_by_handwheel: angles of the handwheel from the middle to the left [rad] and the rack's ways
+            there [m], where the ratio varies; empty where `steering_ratio` counts.
         steering_arm: way of the rack over the mean angle of the wheels, straight ahead [m/rad].
         half_length, contact_width: of the contact of one tyre [m]; None follows from load and pressure.
         stiffness: distributed lateral stiffness k of a tyre [N/m^2]; None follows from the load.
@@ -105,9 +114,10 @@ class Vehicle:
         rack_mass: moving with the rack, the motor's inertia included [kg].
         damping: viscous, of joints and gear, about the kingpin of one wheel [N m s/rad].
         handwheel_inertia: of what turns between the torque's sensor and the torsion bar, 0 where that
-            is the sensor [kg m^2]; None where it is not declared.
+            is the sensor [kg m^2]; None where it is not declared. Counts by the ratio straight ahead.
         torsion_bar: rate [N m/rad]; inf where the angle is that of the pinion.
-        motor_ratio: of the assistance, turn of the motor over that of the pinion [1].
+        motor_ratio: of the assistance, turn of the motor over that of the pinion straight ahead [1]; its
+            gear to the rack does not vary.
         motor_efficiency: of that gear [1].
         force_noise: white error of the force on the rack, of one sample in 10 ms [N].
         force_error: error of it that lasts for tenths of a second, by ripple of the motor, inertia and
@@ -155,10 +165,19 @@ class Vehicle:
     force_zero: Annotated[float, AllowedRange(0.0, 2e3, "N")] = 60.0
     standstill: Annotated[float, AllowedRange(1e-4, 1.0, "m/s")] = 0.02
     brakes: bool = True
+    rack_by_handwheel: Pairs = ()
     tolerances: VehicleTolerances = VehicleTolerances()
 
     def __post_init__(self) -> None:
-        """Check every value against its range."""
+        """Check every value against its range, and each pair against the one before."""
+        for before, (angle, way) in pairwise(((0.0, 0.0), *self.rack_by_handwheel)):
+            turn, moved = angle - before[0], way - before[1]
+            if not (0 < turn < inf and LEAST_GAIN * turn <= moved <= MOST_GAIN * turn):
+                raise InvalidInputError(
+                    "rack_by_handwheel must have pairs of rad and m to the left, each from"
+                    f" {LEAST_GAIN:g} to {MOST_GAIN:g} m/rad on from the one before, got"
+                    f" {angle:g}, {way:g} after {before[0]:g}, {before[1]:g}"
+                )
         for name, (least, most, unit) in RANGES.items():
             value = getattr(self, name)
             if value is not None and not (least <= value <= most and (isfinite(value) or most == inf)):
@@ -203,7 +222,9 @@ class Vehicle:
 
     @property
     def rack_gain(self) -> float:
-        """Way of the rack over the turn of the pinion [m/rad]."""
+        """Way of the rack over the turn of the pinion, straight ahead where it varies [m/rad]."""
+        for angle, way in self.rack_by_handwheel[:1]:
+            return way / angle
         return self.steering_arm / self.steering_ratio
 
 

@@ -126,9 +126,8 @@ def keeps_damaged_trials(sandbox: Sandbox, chance: random.Random) -> str | None:
         content = bytearray(path.read_bytes())
         for _ in range(3):
             content[chance.randrange(len(content))] ^= 1 << chance.randrange(8)
-        path.write_bytes(
-            bytes(content) if chance.random() < 0.7 else bytes(content[: len(content) // 2])
-        )
+        kept = len(content) if chance.random() < 0.7 else len(content) // 2
+        path.write_bytes(bytes(content[:kept]))
     return wrong
 
 

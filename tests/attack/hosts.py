@@ -168,9 +168,8 @@ def local_copy(number: int) -> str | None:
     with tempfile.TemporaryDirectory() as top:
         (Path(top) / "harmonic_00.npz").write_bytes(content)
         out = Path(top) / "out"
-        status, err = outcome_of(
-            ["fetch", "friction-damper", "--out", str(out)], {"BRUSHGRIP_DATA": top}
-        )
+        fetch = ["fetch", "friction-damper", "--out", str(out)]
+        status, err = outcome_of(fetch, {"BRUSHGRIP_DATA": top})
         if status != 2 or err.count("\n") != 1 or len(err) > 2000 or out.exists():
             return f"{number}: ended with {status!r}: {err[-300:]!r}"
     return None

@@ -82,13 +82,9 @@ def outcome(
     odd = _BEGINS.get(name, f"./{name}" if name.startswith("-") else name)
     words = [word.replace("{0}", odd) for word in COMMANDS[command]]
     before = {path.name for path in here.iterdir()}
-    process = subprocess.run(
-        [sys.executable, "-m", "brushgrip", *words],
-        cwd=here,
-        env=_surroundings(top) | environment,
-        capture_output=True,
-        check=False,
-    )
+    command = [sys.executable, "-m", "brushgrip", *words]
+    surroundings = _surroundings(top) | environment
+    process = subprocess.run(command, cwd=here, env=surroundings, capture_output=True, check=False)
     out = here / words[-1]
     files = sorted(path for path in out.rglob("*") if path.is_file()) if out.is_dir() else [out]
     found = tuple(path.read_bytes().partition(_MADE_FROM)[0] for path in files if path.is_file())

@@ -39,10 +39,10 @@ PROPERTIES: Classes = {
         properties.test_nothing_before_a_sample_depends_on_it,
     ),
     "serialisation": examples(
-        properties.test_a_loop_goes_on_where_it_was_pickled,
+        properties.test_a_loop_goes_on_where_it_is_pickled,
         properties.test_what_is_written_as_csv_is_read_as_it_was,
         properties.test_a_model_file_is_read_as_it_was_written,
-        properties.test_a_map_in_a_rig_file_is_read_as_it_was_written,
+        properties.test_a_map_in_a_rig_file_is_read_as_written,
     ),
 }
 """Tests of hypothesis as classes."""
@@ -65,9 +65,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="tests.attack.run", description=__doc__.splitlines()[0])
     parser.add_argument("classes", nargs="*", metavar="CLASS", help=", ".join(CLASSES))
     parser.add_argument("--seconds", type=float, help=f"of each class; {SECONDS:g} unless told")
-    parser.add_argument(
-        "--inputs", type=int, help="of each class; without --seconds, however long it takes"
-    )
+    told = "of each class; without --seconds, however long it takes"
+    parser.add_argument("--inputs", type=int, help=told)
     parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args(arguments)
     if unknown := set(given.classes) - set(CLASSES):

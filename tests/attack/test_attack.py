@@ -122,9 +122,8 @@ def test_without_atheris_hypothesis_draws(
 
 @pytest.mark.long
 def test_guided_by_coverage(capsys: pytest.CaptureFixture[str]) -> None:
-    status = main(
-        [*PLAIN, *(["tdms"] if "tdms" in TARGETS else []), "--inputs", "2000", "--seconds", "2"]
-    )
+    with_a_library = [*PLAIN, *(["tdms"] if "tdms" in TARGETS else [])]
+    status = main([*with_a_library, "--inputs", "2000", "--seconds", "2"])
 
     assert status == 0, capsys.readouterr().out
 

@@ -29,13 +29,8 @@ CHANNELS = ("psi", "F_N", "M_z", "psi_dot")
 def turning() -> dict[str, np.ndarray]:
     t = np.arange(N) * 0.02
     psi = 0.3 * np.sin(2 * np.pi * t / 0.5)
-    return {
-        "t": t,
-        "psi": psi,
-        "F_N": np.full(N, 400.0),
-        "M_z": -7 * np.tanh(20 * psi) + 0.05 * np.cos(40 * t),
-        "psi_dot": np.gradient(psi, t),
-    }
+    M_z = -7 * np.tanh(20 * psi) + 0.05 * np.cos(40 * t)
+    return {"t": t, "psi": psi, "F_N": np.full(N, 400.0), "M_z": M_z, "psi_dot": np.gradient(psi, t)}
 
 
 @st.composite
@@ -93,9 +88,7 @@ def test_nothing_before_a_sample_depends_on_it(
 
 @settings(max_examples=6)
 @given(gaps(), st.integers(0, N), st.sampled_from(["ekf", "mhe", "root"]))
-def test_a_loop_goes_on_where_it_was_pickled(
-    columns: dict[str, np.ndarray], cut: int, name: str
-) -> None:
+def test_a_loop_goes_on_where_it_is_pickled(columns: dict[str, np.ndarray], cut: int, name: str) -> None:
     rows = zip(*(columns[channel].tolist() for channel in CHANNELS), strict=True)
     samples = [
         Sample(psi=psi, F_N=F_N, dt=0.02, M_z=M_z, psi_dot=psi_dot) for psi, F_N, M_z, psi_dot in rows
@@ -161,9 +154,7 @@ SOURCES = {
 
 
 @given(st.fixed_dictionaries({}, optional=SOURCES), st.text(max_size=9))
-def test_a_map_in_a_rig_file_is_read_as_it_was_written(
-    sources: dict[str, SignalSource], name: str
-) -> None:
+def test_a_map_in_a_rig_file_is_read_as_written(sources: dict[str, SignalSource], name: str) -> None:
     dbc = None if {"/", "\0"} & set(name) or name in ("", ".", "..") else Path("/tmp", name)
     signals = SignalMap(signals=sources, dbc=dbc)
     with tempfile.TemporaryDirectory() as folder:

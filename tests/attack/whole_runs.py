@@ -84,16 +84,11 @@ class Sandbox:
     ) -> subprocess.Popen[str]:
         """A run that has just begun, in a group of its own."""
         with (self.folder / "err").open("w") as log:
-            return subprocess.Popen(
-                [sys.executable, str(SMALL_RUN), *self.words, "--out", out, *further],
-                cwd=self.folder / "work",
-                env=self._environment() | dict(environment or {}),
-                stdout=subprocess.DEVNULL,
-                stderr=log,
-                text=True,
-                start_new_session=True,
-                preexec_fn=before,
-            )
+            command = [sys.executable, str(SMALL_RUN), *self.words, "--out", out, *further]
+            place = {"cwd": self.folder / "work", "env": self._environment() | dict(environment or {})}
+            streams = {"stdout": subprocess.DEVNULL, "stderr": log, "text": True}
+            own = {"start_new_session": True, "preexec_fn": before}
+            return subprocess.Popen(command, **place, **streams, **own)
 
     def listens(self, run: subprocess.Popen[str], seconds: float = 20.0) -> None:
         """Waits until the run catches SIGTERM, which Python itself does not, or has ended."""

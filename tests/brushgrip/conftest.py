@@ -143,17 +143,10 @@ def tracks() -> list[FrictionTrack]:
     t = np.arange(500) * 0.02
     informed = t > 2
     spread = np.where(informed, 0.05, 0.6) * np.exp(-0.1 * t)
-    return [
-        FrictionTrack(
-            name=name,
-            label=label,
-            t=t,
-            mu=1.3 - 0.2 * np.exp(-t) + (0.1 * np.sin(t) if "declared" in label else 0),
-            mu_std=spread,
-            usable=informed,
-            usable_share=float(informed.mean()),
-            reference=1.3 if name == "held_c" else None,
-        )
-        for name in ("held_c", "held_d")
-        for label in ("EKF, assumed model", "EKF, model found", "MHE, model found")
-    ]
+    alike = {"t": t, "mu_std": spread, "usable": informed, "usable_share": float(informed.mean())}
+    mu, tracks = 1.3 - 0.2 * np.exp(-t), []
+    for name, reference in (("held_c", 1.3), ("held_d", None)):
+        for label in ("EKF, assumed model", "EKF, model found", "MHE, model found"):
+            own = {"name": name, "label": label, "reference": reference}
+            tracks.append(FrictionTrack(mu=mu, **own, **alike))
+    return tracks

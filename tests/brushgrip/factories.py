@@ -54,96 +54,55 @@ def _series(name: str, number: int, held_out: bool) -> Series:
     true = -8 * np.tanh(9 * (psi + 0.05 * np.cos(1.1 * t)))
     measured = true + noise
     measured[100:110] = np.nan
-    return Series(
-        name=name,
-        held_out=held_out,
-        t=t,
-        psi=psi,
-        F_N=np.full(600, 400.0),
-        measured=measured,
-        before=true + 0.5 * np.sin(2 * t),
-        after=true + 0.1 * np.sin(2 * t),
-    )
+    modelled = {"before": true + 0.5 * np.sin(2 * t), "after": true + 0.1 * np.sin(2 * t)}
+    torques = {"measured": measured, **modelled}
+    return Series(name=name, held_out=held_out, t=t, psi=psi, F_N=np.full(600, 400.0), **torques)
 
 
 def _errors(shares: dict[str, float], training: tuple[str, ...]) -> TorqueErrors:
-    return TorqueErrors(
-        rmse={name: 16 * share for name, share in shares.items()},
-        nrmse=shares,
-        training=training,
-        holdout=tuple(name for name in shares if name not in training),
-        left_out=shares if len(training) == len(shares) > 1 else {},
-    )
+    rmse = {name: 16 * share for name, share in shares.items()}
+    holdout = tuple(name for name in shares if name not in training)
+    left_out = shares if len(training) == len(shares) > 1 else {}
+    errors = {"rmse": rmse, "nrmse": shares, "left_out": left_out}
+    return TorqueErrors(training=training, holdout=holdout, **errors)
 
 
 def signatures(strength: float, band: float = 0.3) -> Signatures:
     """Every signal with the same correlation, the even ones against it."""
     lags = 0.01 * np.arange(1, 101)
-    each = tuple(
-        SignalCorrelation(
-            signal=signal.name,
-            unit=signal.unit,
-            correlation=strength * (-1) ** number,
-            band=band,
-            slope=1.0,
-            size=0.01 * strength,
-            effects=effects_leaving(signal, 1, EFFECTS.values()),
-            reading=signal.positive_cause,
-        )
-        for number, signal in enumerate(RESIDUAL_SIGNALS)
-    )
-    return Signatures(
-        rms=0.01,
-        autocorrelation=Autocorrelation(lags=lags, values=np.exp(-lags), band=0.04, memory=0.5),
-        signatures=each,
-        followed=each[:1] if strength > 0.3 else (),
-    )
+    alike = {"band": band, "slope": 1.0, "size": 0.01 * strength}
+    each = []
+    for number, signal in enumerate(RESIDUAL_SIGNALS):
+        own = {"signal": signal.name, "unit": signal.unit, "reading": signal.positive_cause}
+        own["effects"] = effects_leaving(signal, 1, EFFECTS.values())
+        each.append(SignalCorrelation(correlation=strength * (-1) ** number, **own, **alike))
+    autocorrelation = Autocorrelation(lags=lags, values=np.exp(-lags), band=0.04, memory=0.5)
+    found = {"signatures": tuple(each), "followed": tuple(each[:1]) if strength > 0.3 else ()}
+    return Signatures(rms=0.01, autocorrelation=autocorrelation, **found)
 
 
 def experiment(load: float = 0.0, instruction: str = "sweep to and fro, 10 s") -> Proposal:
     """A proposed experiment, whose load changes by so much to either side [N]."""
     t = np.arange(500) * 0.02
-    return Proposal(
-        found="carcass_torsion",
-        rival="patch_width",
-        manoeuvre=SampledManoeuvre(
-            instruction=instruction,
-            t=t,
-            psi=np.sin(t),
-            psi_dot=np.cos(t),
-            F_N=400 + load * np.sign(np.sin(t)),
-        ),
-        torque=5 * np.sin(t),
-        rival_torque=5 * np.sin(t) + 0.1 * np.cos(t),
-        separation=0.01,
-        now=0.002,
-        noise=0.004,
-        times=1,
-        standard_errors=5.0,
-    )
+    turned = {"psi": np.sin(t), "psi_dot": np.cos(t), "F_N": 400 + load * np.sign(np.sin(t))}
+    torques = {"torque": 5 * np.sin(t), "rival_torque": 5 * np.sin(t) + 0.1 * np.cos(t)}
+    told = {"separation": 0.01, "now": 0.002, "noise": 0.004, "times": 1, "standard_errors": 5.0}
+    manoeuvre = SampledManoeuvre(instruction=instruction, t=t, **turned)
+    return Proposal(found="carcass_torsion", rival="patch_width", manoeuvre=manoeuvre, **torques, **told)
 
 
 def _effects() -> tuple[FoundEffect, ...]:
-    return (
-        FoundEffect(
-            name="carcass_torsion",
-            summary=EFFECTS["carcass_torsion"].summary,
-            family="compliance and contact shape",
-            parameters={"k_t": ParameterEstimate(value=391.234, std=4.2, unit="N m/rad")},
-            holdout_nrmse_after=0.03,
-            delta_bic=-412.3,
-            indistinguishable_from=("patch_width",),
-            experiment=experiment(),
-        ),
-        FoundEffect(
-            name="torque_offset",
-            summary=EFFECTS["torque_offset"].summary,
-            family="sensor and steering",
-            parameters={"M_0 [train_a]": ParameterEstimate(value=-0.12, std=None, unit="N m")},
-            holdout_nrmse_after=0.023,
-            delta_bic=-55.1,
-            indistinguishable_from=(),
-        ),
+    k_t = ParameterEstimate(value=391.234, std=4.2, unit="N m/rad")
+    torsion = {"parameters": {"k_t": k_t}, "holdout_nrmse_after": 0.03, "delta_bic": -412.3}
+    torsion |= {"indistinguishable_from": ("patch_width",), "experiment": experiment()}
+    M_0 = ParameterEstimate(value=-0.12, std=None, unit="N m")
+    offset = {"parameters": {"M_0 [train_a]": M_0}, "holdout_nrmse_after": 0.023, "delta_bic": -55.1}
+    offset |= {"indistinguishable_from": ()}
+    found = {"carcass_torsion": ("compliance and contact shape", torsion)}
+    found |= {"torque_offset": ("sensor and steering", offset)}
+    return tuple(
+        FoundEffect(name=name, summary=EFFECTS[name].summary, family=family, **values)
+        for name, (family, values) in found.items()
     )
 
 
@@ -161,6 +120,12 @@ def make_diagnosis(
     final = {n: (share + 0.01 if n in worse else 0.55 * share) for n, share in before.items()}
     after = final if found else before
     effects = _effects() if found else ()
+    candidates = tuple(
+        Candidate(name=n, summary=e.summary, holdout_nrmse=0.03 + 0.001 * i, delta_bic=-400.0 + 30 * i)
+        for i, (n, e) in enumerate(EFFECTS.items())
+    )
+    k_t = {"carcass_torsion.k_t": 391.234} if found else {}
+    evidence = {"evidence": "follows psi_dot <by> 0.4 & F_N", "structured": 0.012}
     return Diagnosis(
         recordings=training,
         holdout=holdout,
@@ -168,18 +133,8 @@ def make_diagnosis(
         before=_errors(before, training),
         after=_errors(after, training),
         effects=effects,
-        candidates=tuple(
-            Candidate(
-                name=name,
-                summary=effect.summary,
-                holdout_nrmse=0.03 + 0.001 * i,
-                delta_bic=-400.0 + 30 * i,
-            )
-            for i, (name, effect) in enumerate(EFFECTS.items())
-        ),
-        unexplained=Unexplained(
-            present=unexplained, evidence="follows psi_dot <by> 0.4 & F_N", structured=0.012
-        ),
+        candidates=candidates,
+        unexplained=Unexplained(present=unexplained, **evidence),
         parameters={
             "k": ParameterEstimate(value=2.4312e6, std=1.2e4, unit="N/m^2"),
             **{f"mu [{n}]": ParameterEstimate(value=1.3, std=0.012, unit="1") for n in names},
@@ -188,10 +143,7 @@ def make_diagnosis(
         signatures_before=signatures(0.8),
         signatures_after=signatures(0.1),
         model=Model(effects=effects_named([effect.name for effect in effects])),
-        values=Values(
-            tyre={"k": 2.4312e6, **({"carcass_torsion.k_t": 391.234} if found else {})},
-            own={name: {"mu": 1.3} for name in names},
-        ),
+        values=Values(tyre={"k": 2.4312e6, **k_t}, own={name: {"mu": 1.3} for name in names}),
         series=tuple(_series(name, i, name in holdout) for i, name in enumerate(names)),
         families=_families() if found else (),
         notes=tuple(f"{name} got worse" for name in worse),

@@ -119,9 +119,8 @@ def test_a_loop_never_raises_friction_while_nothing_is_usable(page) -> None:
         exec(code.replace(" in zip(", " in watched("), names)
 
     assert acted[-1][0] == pytest.approx(ice["mu_eff"] - 2 * ice["mu_eff_std"])
-    assert all(
-        usable or now <= before for (before, _), (now, usable) in pairwise([(0.05, False), *acted])
-    )
+    before_and_now = pairwise([(0.05, False), *acted])
+    assert all(usable or now <= before for (before, _), (now, usable) in before_and_now)
 
 
 def test_figures_of_the_readme_stand_on_the_pages_that_it_names() -> None:
@@ -129,9 +128,8 @@ def test_figures_of_the_readme_stand_on_the_pages_that_it_names() -> None:
     rows = re.findall(r"^\| [^|]+ \| ([^|]+) \| (\[.*\)) \|$", results.partition("## ")[0], re.MULTILINE)
     assert len(rows) == 13
     for answer, pages in rows:
-        text = "".join(
-            (ROOT / page).read_text(encoding="utf-8") for page in re.findall(r"\((.*?)\)", pages)
-        )
+        pages = re.findall(r"\((.*?)\)", pages)
+        text = "".join((ROOT / page).read_text(encoding="utf-8") for page in pages)
         figures = re.findall(r"(?<![\w.])\d[\d,./–]*(?<![,.])", answer)
         assert [figure for figure in figures if figure not in text] == []
 
@@ -184,18 +182,14 @@ def test_the_effects_of_a_page_work(name: str) -> None:
         assert np.abs(by[:, 2:]).max(axis=0).min() > 1e-3
 
 
-def test_the_lower_end_of_each_direction_counts_in_a_table_of_many(
-    tmp_path, monkeypatch, capsys
-) -> None:
+def test_the_lower_end_of_each_direction_counts_in_a_table(tmp_path, monkeypatch, capsys) -> None:
     pytest.importorskip("pandas", reason="needs brushgrip[pandas]")
     monkeypatch.chdir(tmp_path)
-    (line,) = re.findall(
-        r'^python -c "(.*)"$', (ROOT / "docs/start/cluster.md").read_text("utf-8"), re.MULTILINE
-    )
+    page = (ROOT / "docs/start/cluster.md").read_text("utf-8")
+    (line,) = re.findall(r'^python -c "(.*)"$', page, re.MULTILINE)
     names = ["mu_eff", "mu_eff_std", "mu_eff_positive", "mu_eff_std_positive", "mu_eff_negative"]
-    header = ",".join(
-        ["recording", *names, "mu_eff_std_negative", "direction", "weaker", "since_usable"]
-    )
+    names = ["recording", *names, "mu_eff_std_negative", "direction", "weaker", "since_usable"]
+    header = ",".join(names)
     low_bands = ["0.5,0.05,,,,,,0,0", "1,0.02,1,0.02,0.5,0.05,positive,0.5,0"]
     others = [
         "0.5,0.15,,,,,,0,0", "0.5,0.05,,,,,,0.3,0", ",,,,,,,,", "1,0.02,1,0.02,,,positive,,0",

@@ -1,9 +1,11 @@
 """What the script on changing friction counts, on strokes and runs that are known."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from changing_friction import CHANGED, CONSTANT, Stroke, figures, strokes
+from changing_friction import CHANGED, CONSTANT, Stroke, figures, runs_beside, strokes
 from identification import Recording
 from observers import Estimates, Status
 from second_rig import LOAD, RIG, TYRE
@@ -41,3 +43,17 @@ def test_figures_of_strokes_that_are_known() -> None:
 
     # Strokes after 3 s are judged: 4 in each run, of which one is 20 % off; one is a change by 30 %.
     assert found == ["10.0 %", "75 % of 24", "6 of 6", "6 of 24", "100 %", "88 %", "38 %", "25 %"]
+    # Others are judged by the ratio of these: one that is told 20 % too high is not within 10 %.
+    high = [stroke._replace(mu=1.2, usable=1.0) for stroke in still]
+    runs = dict.fromkeys(CONSTANT, still) | {"tension_9lb_1Hz": high}
+    assert figures(runs, ["tension_9lb_1Hz"], [])[0] == "20.0 %"
+    assert figures(runs, ["tension_9lb_1Hz"], [])[1:] == [
+        "– of 0", "0 of 0", "1 of 4", "0 %", "–", "100 %", "–",
+    ]  # fmt: skip
+
+
+def test_other_runs_of_the_data_set_are_found(tmp_path: Path) -> None:
+    for name in (*CONSTANT, *CHANGED, "tension_9lb_1Hz", "step0.03forward", "harmonic_00", "notes"):
+        (tmp_path / f"{name}.npz").touch()
+
+    assert runs_beside(tmp_path) == (["tension_9lb_1Hz"], ["step0.03forward"])

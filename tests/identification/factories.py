@@ -38,17 +38,10 @@ def recording(
     """A recording along these angles, or half a second of a sine; its torque is the negative angle."""
     psi = 0.1 * np.sin(np.arange(50) * 0.01) if psi is None else psi
     t = np.arange(psi.size) * period
-    return Recording(
-        name=name,
-        t=t,
-        psi=psi,
-        psi_dot=np.gradient(psi, t),
-        M_z=-psi,
-        F_N=np.full(t.size, load),
-        rig=rig or Rig(a=0.045, e=0.009, tolerances=Tolerances(**tolerances)),
-        tyre=Tyre(k=k),
-        ground=ground,
-    )
+    measured = {"t": t, "psi": psi, "psi_dot": np.gradient(psi, t), "M_z": -psi}
+    measured["F_N"] = np.full(t.size, load)
+    rig = rig or Rig(a=0.045, e=0.009, tolerances=Tolerances(**tolerances))
+    return Recording(name=name, **measured, rig=rig, tyre=Tyre(k=k), ground=ground)
 
 
 def decay(t: np.ndarray, psi: np.ndarray, rig: Rig | None = None) -> Decay:

@@ -67,13 +67,9 @@ class WindowOracle:
         signals = space.signals(x, now)
         patch_signals = space.model.advance(memory, signals, space.parameters(x), space.geometry)[1]
         at = space.at.get("psi", 0)
-        return PatchAtSample(
-            sample=now,
-            history=after,
-            patch_signals=np.asarray(patch_signals).ravel(),
-            psi=x[at],
-            by_psi=by_x[at],
-        )
+        signals = np.asarray(patch_signals).ravel()
+        parts = {"patch_signals": signals, "psi": x[at], "by_psi": by_x[at]}
+        return PatchAtSample(sample=now, history=after, **parts)
 
     def torque(self, patch: PatchAtSample | Sample, x: Array) -> tuple[float, Array]:
         """M_z of a sample at other states, and its derivative by them."""
@@ -81,9 +77,8 @@ class WindowOracle:
         if isinstance(patch, Sample):
             return 0.0, by_x
         tyre, theta = space.tyre(x), space.parameters(x)
-        memory = patch.history.memory + patch.history.sensitivity @ (
-            tyre - patch.history.linearisation_point
-        )
+        away = tyre - patch.history.linearisation_point
+        memory = patch.history.memory + patch.history.sensitivity @ away
         inputs = (memory, patch.patch_signals, theta, space.geometry)
         M_z = space.model.torque(*inputs)
         by_memory, _, by_theta, _ = (np.asarray(b) for b in self.torque_jacobian(*inputs, M_z))

@@ -4,7 +4,7 @@ Nothing is shared with the observers but the model: its step, or halves of it, a
 casadi's full Jacobians.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -52,9 +52,8 @@ class StateSpace:
         signals = np.array([first.psi, first.psi_dot, first.F_N, first.dt])
         memory = np.asarray(self.model.initial(signals, self.theta, self.geometry)).ravel()
         tyre = self.tyre(x)
-        history = History(
-            memory=memory, sensitivity=np.zeros((memory.size, tyre.size)), linearisation_point=tyre
-        )
+        sensitivity = np.zeros((memory.size, tyre.size))
+        history = History(memory=memory, sensitivity=sensitivity, linearisation_point=tyre)
         return x, np.diag([spreads[name] ** 2 for name in self.at]), history
 
     def tyre(self, x: Array) -> Array:
@@ -126,11 +125,7 @@ class StateSpace:
         P_tyre = scale @ P[np.ix_(at, at)] @ scale
         walked = P_tyre + scale @ np.diag(Q[at]) @ scale
         share = np.linalg.solve(walked, P_tyre).T if Q[at].any() else np.eye(len(at))
-        return History(
-            memory=history.memory,
-            sensitivity=history.sensitivity @ share,
-            linearisation_point=history.linearisation_point,
-        )
+        return replace(history, sensitivity=history.sensitivity @ share)
 
     def signals(self, x: Array, now: Sample) -> Array:
         """What the patch sees of a sample."""
@@ -152,9 +147,8 @@ class StateSpace:
         by_x[self.of_tyre] = (J[4] @ history.sensitivity + J[6] @ by_tyre)[0] @ self.by_state(x)
         if self.steers:
             by_x[self.at["psi"]] = J[5][0, 0]
-        new = History(
-            memory=np.asarray(after).ravel(), sensitivity=sensitivity, linearisation_point=tyre
-        )
+        memory = np.asarray(after).ravel()
+        new = History(memory=memory, sensitivity=sensitivity, linearisation_point=tyre)
         return new, float(M_z), by_x
 
     def projected(self, x: Array) -> Array:
@@ -199,12 +193,8 @@ class Filter:
         measured, expected, H, weight = space.measurement(after, patch[1], patch[2], now)
         self.nis = np.nan
         if weight > 0:
-            filter_.update(
-                np.array([[measured]]),
-                HJacobian=lambda _: H.reshape(1, -1),
-                Hx=lambda _: np.array([[expected]]),
-                R=1 / weight,
-            )
+            observed = {"HJacobian": lambda _: H.reshape(1, -1), "Hx": lambda _: np.array([[expected]])}
+            filter_.update(np.array([[measured]]), R=1 / weight, **observed)
             filter_.x = space.projected(self.x).reshape(-1, 1)
             self.nis = float(filter_.y[0, 0] ** 2 / filter_.S[0, 0])
         # The aligned patch is corrected when it meets the next sample, to first order.

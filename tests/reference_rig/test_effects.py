@@ -33,13 +33,8 @@ def turn(psi: Array | list[float], psi_dot: float = 0.1, load: float = LOAD) -> 
     """Turn to the angles at a stated rate; its sign follows the way."""
     psi = np.asarray(psi, dtype=float)
     way = np.sign(np.diff(psi, prepend=0.0))
-    return RigDrive(
-        t=np.arange(len(psi)) * 0.01,
-        psi=psi,
-        psi_dot=psi_dot * way,
-        F_N=np.full(len(psi), load),
-        psi_virgin=0.0,
-    )
+    t, F_N = np.arange(len(psi)) * 0.01, np.full(len(psi), load)
+    return RigDrive(t=t, psi=psi, psi_dot=psi_dot * way, F_N=F_N, psi_virgin=0.0)
 
 
 def run(drive: RigDrive, tyre: RigTyre, planted: EffectValues | None = None) -> RigHistory:
@@ -96,9 +91,8 @@ def steady(psi_dot: float, angle: float = 6.0) -> RigDrive:
 
 
 def test_frictional_creep_adds_the_same_for_every_decade() -> None:
-    slow, fast = (
-        run(steady(w), CENTRED, {"frictional_creep": {"c": 0.04}}).M_z[-1] for w in (2.0, 20.0)
-    )
+    creep = {"frictional_creep": {"c": 0.04}}
+    slow, fast = (run(steady(w), CENTRED, creep).M_z[-1] for w in (2.0, 20.0))
 
     assert fast - slow == pytest.approx(-0.04 * np.log(10) * SLIDE, rel=2e-3)
 
@@ -107,11 +101,8 @@ def test_play_is_a_lost_way() -> None:
     psi = np.array([0.0, 0.005, 0.03, 0.025, 0.01])
     taken_up = np.array([0.0, 0.0, 0.025, 0.025, 0.015])
 
-    np.testing.assert_allclose(
-        run(turn(psi), TRAILED, {"play": {"gap": 0.01}}).M_z,
-        run(turn(taken_up), TRAILED).M_z,
-        atol=1e-12,
-    )
+    played = run(turn(psi), TRAILED, {"play": {"gap": 0.01}})
+    np.testing.assert_allclose(played.M_z, run(turn(taken_up), TRAILED).M_z, atol=1e-12)
 
 
 def test_torque_swings_only_while_sliding() -> None:

@@ -43,9 +43,8 @@ def test_recording_on_constant_ground_is_the_rigs() -> None:
     made = make_ground_recording(5, constant_friction(1.3), duration=6.0)
 
     for channel in ("t", "psi", "M_z", "psi_true", "psi_dot_true", "M_z_true", "F_N_true"):
-        np.testing.assert_allclose(
-            getattr(made, channel), getattr(usual, channel), rtol=0, atol=1e-11, err_msg=channel
-        )
+        own, other = getattr(made, channel), getattr(usual, channel)
+        np.testing.assert_allclose(own, other, rtol=0, atol=1e-11, err_msg=channel)
 
 
 @pytest.mark.parametrize("change", CHANGES)
@@ -58,9 +57,8 @@ def test_four_hundred_bristles_are_enough(change: str) -> None:
 
 
 def test_full_slide_follows_the_friction() -> None:
-    made = make_ground_recording(
-        1, friction_step(5.0, 1.2, 0.5), drive=constant_turn(50.0, 10.0, load=LOAD), noise=0.0
-    )
+    drive = constant_turn(50.0, 10.0, load=LOAD)
+    made = make_ground_recording(1, friction_step(5.0, 1.2, 0.5), drive=drive, noise=0.0)
 
     expected = np.where(made.t < 5.0, 1.2, 0.5) * -full_slide_moment(TYRE, LOAD)
     settled = made.t > 0.2
@@ -73,9 +71,8 @@ def test_full_slide_torque(e: float) -> None:
     x = np.linspace(-TYRE.a, TYRE.a, 20001)
     pressure = 3 * LOAD / (4 * TYRE.a) * (1 - (x / TYRE.a) ** 2)
 
-    assert full_slide_moment(RigTyre(e=e), 1.3 * LOAD) == pytest.approx(
-        1.3 * np.trapezoid(pressure * np.abs(x - e), x), rel=1e-6
-    )
+    expected = 1.3 * np.trapezoid(pressure * np.abs(x - e), x)
+    assert full_slide_moment(RigTyre(e=e), 1.3 * LOAD) == pytest.approx(expected, rel=1e-6)
 
 
 def test_falling_friction_cuts_the_deformation_and_rising_friction_leaves_it() -> None:
@@ -90,9 +87,8 @@ def test_falling_friction_cuts_the_deformation_and_rising_friction_leaves_it() -
 
 
 def test_rise_has_to_be_turned_into() -> None:
-    made = make_ground_recording(
-        1, friction_step(5.0, 0.5, 1.2), drive=constant_turn(0.2, 10.0), noise=0.0
-    )
+    drive = constant_turn(0.2, 10.0)
+    made = make_ground_recording(1, friction_step(5.0, 0.5, 1.2), drive=drive, noise=0.0)
 
     at = np.searchsorted(made.t, 5.0)
 
@@ -106,9 +102,8 @@ def test_path_may_be_free() -> None:
     t = np.linspace(0.0, 4.0, 81)
     psi = 0.1 + 0.2 * np.sin(2 * t)
 
-    made = make_ground_recording(
-        1, constant_friction(1.0), drive=free_path(t, psi), noise=0.0, encoder_step=0.0
-    )
+    exact = {"drive": free_path(t, psi), "noise": 0.0, "encoder_step": 0.0}
+    made = make_ground_recording(1, constant_friction(1.0), **exact)
 
     np.testing.assert_allclose(made.psi[::5], psi, atol=1e-12)
     np.testing.assert_allclose(made.psi_dot_true, 0.4 * np.cos(2 * made.t), atol=0.03)
@@ -124,9 +119,8 @@ def test_uneven_samples_lie_on_the_even_recordings_path() -> None:
 
     np.testing.assert_array_equal(made.t, times)
     np.testing.assert_allclose(made.psi, np.interp(times, even.t, even.psi), atol=1e-12)
-    np.testing.assert_allclose(
-        made.M_z, np.interp(times, even.t, even.M_z), atol=1e-4 * np.ptp(even.M_z)
-    )
+    between = np.interp(times, even.t, even.M_z)
+    np.testing.assert_allclose(made.M_z, between, atol=1e-4 * np.ptp(even.M_z))
 
 
 def test_instants_have_to_lie_within_the_drive() -> None:

@@ -54,9 +54,8 @@ def test_patch_is_the_steered_wheels() -> None:
     shape = np.where(t < IMPACT_PULSE, np.sin(np.pi * t / IMPACT_PULSE), 0.0)
     command, n = 0.05 * shape / (STEP * shape.sum()), len(t)
 
-    steered = simulate_steering(
-        command, np.full(n, 400.0), np.full(n, TYRE.mu), step=STEP, tyre=TYRE, wheel=WHEEL, bristles=5000
-    )
+    load, mu, rig = np.full(n, 400.0), np.full(n, TYRE.mu), {"tyre": TYRE, "wheel": WHEEL}
+    steered = simulate_steering(command, load, mu, step=STEP, bristles=5000, **rig)
 
     # The steered wheel's bristles stand evenly, where few of them slide.
     np.testing.assert_allclose(psi, steered.psi, rtol=0, atol=5e-5 * np.ptp(psi))
@@ -81,6 +80,5 @@ def test_campaign_and_its_files(tmp_path: Path) -> None:
     assert len({recording.name for recording in made}) == len(LENGTHS)
     first = paths[0].read_text()
     assert first.startswith("# a = 0.03\nt,psi\n0,")
-    np.testing.assert_allclose(
-        np.loadtxt(paths[0], delimiter=",", skiprows=2)[:, 1], made[0].psi, atol=1e-9
-    )
+    psi = np.loadtxt(paths[0], delimiter=",", skiprows=2)[:, 1]
+    np.testing.assert_allclose(psi, made[0].psi, atol=1e-9)

@@ -57,9 +57,8 @@ def test_hand_turns_like_a_hand(seed: int) -> None:
     assert speed.max() < 0.45
     assert np.mean((speed > 0.03) & (speed < 0.35)) > 0.6
     assert np.all(np.abs(path.F_N / 400 - 1) < 0.07)
-    np.testing.assert_allclose(
-        np.diff(path.psi), 0.5 * (path.psi_dot[1:] + path.psi_dot[:-1]) / 400, atol=1e-15
-    )
+    steps = 0.5 * (path.psi_dot[1:] + path.psi_dot[:-1]) / 400
+    np.testing.assert_allclose(np.diff(path.psi), steps, atol=1e-15)
 
 
 def test_silent_recording_is_the_truth() -> None:
@@ -80,9 +79,7 @@ def _share(made: RigRecording) -> float:
     "name", [pytest.param("carcass_torsion", marks=pytest.mark.long), "friction_drift", "gust"]
 )
 def test_planted_effect_is_as_strong_as_asked(name: str) -> None:
-    made = plant_effect(name, 12, share=0.06, duration=5.0)
-
-    assert _share(made) == pytest.approx(0.06, rel=0.03)
+    assert _share(plant_effect(name, 12, share=0.06, duration=5.0)) == pytest.approx(0.06, rel=0.03)
 
 
 def test_campaign_shares_the_tyre_and_its_effect_and_not_the_day() -> None:
@@ -121,9 +118,8 @@ def test_a_campaign_elsewhere_differs_in_lengths_and_friction_alone() -> None:
     offs = [r.tyre.a - there.nominal.a for r in there.recordings]
     assert max(map(abs, offs)) <= 0.0025
     assert len(set(offs)) == 4
-    ratios = [
-        one.tyre.mu / two.tyre.mu for one, two in zip(there.recordings, usual.recordings, strict=True)
-    ]
+    both = zip(there.recordings, usual.recordings, strict=True)
+    ratios = [one.tyre.mu / two.tyre.mu for one, two in both]
     assert ratios[0] == pytest.approx(ratios[2])
     assert ratios[1] == pytest.approx(ratios[3])
     assert abs(ratios[0] - ratios[1]) > 0.01

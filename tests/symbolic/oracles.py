@@ -78,9 +78,8 @@ def flat(planted: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
 
 def grid_torque(*paths: Path, bristles: int = 5000) -> Array:
     """M_z of a uniform grid of elastoplastic stops (midpoint rule), paths side by side, (paths, n)."""
-    a, e, k, mu = (
-        np.array([[getattr(path.tyre, name)] for path in paths]) for name in ("a", "e", "k", "mu")
-    )
+    names = ("a", "e", "k", "mu")
+    a, e, k, mu = (np.array([[getattr(path.tyre, name)] for path in paths]) for name in names)
     x = a * ((2 * np.arange(bristles) + 1) / bristles - 1)
     parabola = 3 * mu / (4 * a**3 * k) * (a**2 - x**2)
     share = k * (x - e) * (2 * a / bristles)

@@ -27,9 +27,8 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 def last_torque(traits: BristleTraits, *turns: float, speed: float = 0.1, tyre: Tyre = TYRE) -> float:
     """M_z after turns of a patch of 400 bristles, one a sample of 10 ms."""
     patch = BristlePatch(traits=traits, columns=400, rows=12)
-    inputs = PatchInputs(
-        speed=speed, dt=0.01, F_N=LOAD, factor=1.0, mu=tyre.mu, k=tyre.k, a=tyre.a, e=tyre.e
-    )
+    of_tyre = {"mu": tyre.mu, "k": tyre.k, "a": tyre.a, "e": tyre.e}
+    inputs = PatchInputs(speed=speed, dt=0.01, F_N=LOAD, factor=1.0, **of_tyre)
     memory, M_z = ca.DM(patch.initial()), ca.DM(0)
     for turn in turns:
         coefficients = ca.evalf(ca.MX(patch.coefficients(inputs)))
@@ -94,9 +93,8 @@ def test_limit_follows_the_local_sliding_speed() -> None:
     for rate in (0.2, -0.7):
         v = np.abs((x - TYRE.e) * rate)
         factor = (1 + 30 * v) / (1 + v)
-        expected = (
-            -np.sign(rate) * TYRE.mu * np.sum(pressure * factor * np.abs(x - TYRE.e)) * (x[1] - x[0])
-        )
+        slide = np.sum(pressure * factor * np.abs(x - TYRE.e)) * (x[1] - x[0])
+        expected = -np.sign(rate) * TYRE.mu * slide
         assert last_torque(traits, 1e4 * rate, speed=rate) == pytest.approx(expected, rel=1e-4)
 
 
@@ -136,8 +134,7 @@ def test_too_few_bristles_are_refused(counts: dict[str, int]) -> None:
 
 def test_patch_at_rest_keeps_its_torque() -> None:
     psi = np.concatenate([np.linspace(0, 0.2, 30), np.full(30, 0.2)])
-    path = constant(psi, replace(TYRE, e=0.0))
 
-    M_z = run(Model(discretised=True), path).M_z
+    M_z = run(Model(discretised=True), constant(psi, replace(TYRE, e=0.0))).M_z
 
     np.testing.assert_array_equal(M_z[30:], M_z[29])

@@ -22,9 +22,8 @@ from tests.processes import is_running, wait_for
 from tests.symbolic.oracles import random_path, signals
 from tests.symbolic.test_effects import VALUES
 
-OTHERS = [
-    n for n in EFFECTS if n not in ("viscoelastic_relaxation", "frictional_creep", "carcass_torsion")
-]
+ELSEWHERE = ("viscoelastic_relaxation", "frictional_creep", "carcass_torsion")
+OTHERS = [n for n in EFFECTS if n not in ELSEWHERE]
 OTHER_VALUES = tuple(value for name in OTHERS for value in VALUES[name].values())
 needs_users = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="files have no owner here")
 needs_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
@@ -464,13 +463,8 @@ def test_the_folder_in_its_place_goes_with_the_process(tmp_path: Path, repositor
         f"sys.argv[1] and exec({child!r})"
     )
     environment = {**os.environ, "TMPDIR": str(tmp_path / "temporary")}
-    ended = subprocess.run(
-        [sys.executable, "-c", code, code],
-        cwd=repository_root,
-        env=environment,
-        capture_output=True,
-        text=True,
-    )
+    command, told = [sys.executable, "-c", code, code], {"capture_output": True, "text": True}
+    ended = subprocess.run(command, cwd=repository_root, env=environment, **told)
 
     assert ended.returncode == 0, ended.stderr
     assert ended.stderr.count("\n") == 1, "a process that this one starts uses its folder"

@@ -61,8 +61,7 @@ UNITS = {"1", "m", "N", "s", "rad"}
 
 def model_torque(planted: Mapping[str, Mapping[str, float]], **realisation: Any) -> Array:
     """M_z of the model over DRIVE, effects in the order of their names as given."""
-    model = Model(effects=tuple(EFFECTS[name] for name in planted), **realisation)
-    return torque_of(model, planted)
+    return torque_of(Model(effects=tuple(EFFECTS[name] for name in planted), **realisation), planted)
 
 
 def torque_of(model: Model, planted: Mapping[str, Mapping[str, float]]) -> Array:

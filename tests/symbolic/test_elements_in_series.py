@@ -145,9 +145,8 @@ def test_closed_gap_has_a_derivative(discretised: bool) -> None:
     """So that a search can open it."""
     path = constant(np.linspace(0, 1e-4 * GO, 5))
 
-    found = run(
-        model_of({GAP: 0.0}, discretised), path, directions=np.eye(3)[:, 2:], backlash__gap=0.0
-    ).sensitivities
+    model, opened = model_of({GAP: 0.0}, discretised), np.eye(3)[:, 2:]
+    found = run(model, path, directions=opened, backlash__gap=0.0).sensitivities
 
     assert np.all(np.isfinite(found))
     assert found[-1] > 0

@@ -63,9 +63,7 @@ def loss_of_cycle(amplitude: float, shape: Shape, bristles: int) -> float:
 def test_bristles_are_many_stops_added_up(shape: Shape) -> None:
     psi = GO * straight(0.0, 1.3, 0.2, 0.9, -2.0, 0.4, -0.6, 3.0, -3.0, steps=25)
 
-    error = worst(torque(psi, shape), sum_of_stops(psi, slip_turns(*shape)))
-
-    assert error <= 4e-3
+    assert worst(torque(psi, shape), sum_of_stops(psi, slip_turns(*shape))) <= 4e-3
 
 
 def test_the_parabola_is_one_of_them() -> None:

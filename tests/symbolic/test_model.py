@@ -102,9 +102,7 @@ def test_theta_refuses(values: dict[str, float], message: str) -> None:
 
 
 def test_parameter_refuses_a_start_outside_its_bounds() -> None:
-    with pytest.raises(
-        InvalidInputError, match=r"parameter c: start must lie in \[0.0, 1.0\] 1, got 2.0"
-    ):
+    with pytest.raises(InvalidInputError, match=r"c: start must lie in \[0.0, 1.0\] 1, got 2.0"):
         Parameter(name="c", unit="1", neutral=0.0, start=2.0, lower=0.0, upper=1.0, scale=1.0)
 
 
@@ -161,10 +159,8 @@ def test_memory_depends_on_mu_over_k_alone_with_nothing_in_series(effect: Effect
     memory, off = model.initial([psi[0], 0, 400, 0.01], theta, geometry), 0.0
     for turned, turn in zip(psi[1:], np.diff(psi), strict=True):
         signals = ca.DM([turned, turn / 0.01, rng.uniform(350, 450), 0.01])
-        steps = [
-            model.step(memory, signals, ca.vertcat(c * theta[:2], theta[2:]), geometry)
-            for c in (1, 2, 3)
-        ]
+        scaled = [ca.vertcat(c * theta[:2], theta[2:]) for c in (1, 2, 3)]
+        steps = [model.step(memory, signals, at, geometry) for at in scaled]
         # The torque of the patch is proportional to k; what the effects add to it stays.
         once, twice, thrice = (np.asarray(ca.vertcat(*step)).ravel() for step in steps)
         expected = twice - once

@@ -127,9 +127,8 @@ def test_what_is_compiled_suits_microsofts_dialect(tmp_path: Path) -> None:
         )  # fmt: skip
 
     text = (tmp_path / "kernel.c").read_text()
-    parsed = subprocess.run(
-        ["clang", *target, "-E", "-I.", "kernel.c"], cwd=tmp_path, check=True, capture_output=True
-    ).stdout
+    command = ["clang", *target, "-E", "-I.", "kernel.c"]
+    parsed = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True).stdout
     assert b"__attribute__((always_inline" not in parsed
     assert b"__declspec(dllexport)" in parsed
     assert "#ifdef _WIN32" in text

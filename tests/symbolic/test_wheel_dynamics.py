@@ -34,16 +34,9 @@ def against_rig(
     assert rig.J_A is not None
     assert rig.b_t is not None
     assert tyre.mu is not None
-    wheel = Wheel(J_A=rig.J_A, b_t=rig.b_t)
-    other = simulate_steering(
-        profile.at(t),
-        np.full_like(t, load),
-        np.full_like(t, tyre.mu),
-        step=step,
-        tyre=RigTyre(a=rig.a, e=rig.e, k=tyre.k),
-        wheel=wheel,
-        bristles=bristles,
-    )
+    load_and_ground = np.full_like(t, load), np.full_like(t, tyre.mu)
+    of_rig = {"tyre": RigTyre(a=rig.a, e=rig.e, k=tyre.k), "wheel": Wheel(J_A=rig.J_A, b_t=rig.b_t)}
+    other = simulate_steering(profile.at(t), *load_and_ground, step=step, bristles=bristles, **of_rig)
     ours = simulate_motion(rig, tyre, profile, load, duration=t[-1], rate=1 / step)
     return float(np.max(np.abs(ours.M_z - other.M_z)) / np.ptp(other.M_z))
 
@@ -64,9 +57,8 @@ def test_agrees_where_the_wheel_swings() -> None:
 def test_random_motions_agree_with_the_rig(seed: int) -> None:
     rng = np.random.default_rng(seed)
     a, mu, load = rng.uniform(0.02, 0.06), rng.uniform(0.3, 2.0), rng.uniform(100.0, 600.0)
-    rig = Rig(
-        a=a, e=a * rng.uniform(-0.8, 0.8), J_A=rng.uniform(0.05, 0.4), b_t=rng.choice([0.0, 0.05, 2.0])
-    )
+    own = {"e": a * rng.uniform(-0.8, 0.8), "J_A": rng.uniform(0.05, 0.4)}
+    rig = Rig(a=a, **own, b_t=rng.choice([0.0, 0.05, 2.0]))
     legs = int(rng.integers(2, 9))
     torques = 0.375 * mu * load * a * rng.uniform(-1.1, 1.1, legs + 1)
     torques[0] *= rng.integers(0, 2)
@@ -98,9 +90,8 @@ def test_error_falls_with_the_tolerance(tolerance: float) -> None:
 )
 def test_energy_is_kept(rig: Rig, tyre: Tyre, load: float, profile: TorqueProfile) -> None:
     motion = simulate_motion(rig, tyre, profile, load, rate=20_000.0)
-    given, damped, patch = (
-        work(motion, torque) for torque in (motion.M, (rig.b_t or 0.0) * motion.psi_dot, -motion.M_z)
-    )
+    torques = (motion.M, (rig.b_t or 0.0) * motion.psi_dot, -motion.M_z)
+    given, damped, patch = (work(motion, torque) for torque in torques)
     kinetic = 0.5 * (rig.J_A or 0.0) * motion.psi_dot**2
 
     assert np.max(np.abs(given - damped - patch - kinetic)) < 1e-6 * np.max(given)
@@ -204,9 +195,8 @@ def test_published_simulation(name: str, mu: float, scale: float, simulation_dir
     """The steering torque is not in the files; these round numbers are what psi and M_z leave of it."""
     table = np.genfromtxt(simulation_dir / f"sim_mu_{name}.csv", delimiter=",")[1:]
     t, psi, late = table[:, 0], table[:, 1], table[:, 3]
-    profile = TorqueProfile(
-        t=(0.0, 1.99, 3.99, 4.99), M=(0.4 * scale, 0.8 * scale, -0.9 * scale, 0.2 * scale)
-    )
+    torques = (0.4 * scale, 0.8 * scale, -0.9 * scale, 0.2 * scale)
+    profile = TorqueProfile(t=(0.0, 1.99, 3.99, 4.99), M=torques)
     rig = Rig(a=0.04, e=0.01, J_A=0.1, b_t=0.4827)
     motion = simulate_motion(rig, Tyre(k=6e4, mu=mu), profile, LOAD, duration=t[-1], rate=100.0)
 

@@ -82,12 +82,8 @@ def histories(draw: st.DrawFn) -> Path:
     """Any tyre through any turns, some nested up to twelve deep, under a load that always changes."""
     rng = np.random.default_rng(draw(st.integers(0, 10**6)))
     a = draw(st.floats(0.03, 0.06))
-    tyre = Tyre(
-        a=a,
-        e=a * draw(st.floats(-0.7, 0.7)),
-        k=10 ** draw(st.floats(4.5, 6.5)),
-        mu=draw(st.floats(0.4, 2.0)),
-    )
+    own = {"e": a * draw(st.floats(-0.7, 0.7)), "k": 10 ** draw(st.floats(4.5, 6.5))}
+    tyre = Tyre(a=a, **own, mu=draw(st.floats(0.4, 2.0)))
     nested = st.integers(4, 12).map(lambda depth: nested_corners(rng, 6.0, depth))
     free = st.lists(TURNS, min_size=2, max_size=10).map(lambda turns: [0.0, *turns])
     corners = draw(st.one_of(free, nested))

@@ -6,19 +6,23 @@ scalars, with the parameters as numbers.
 
 import casadi as ca
 
-from observers.embedded.constant_substitution import ConstantSubstitution
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
     EstimatorCode,
+    begin_estimator,
     effective_friction,
     function_of_symbols,
     retentions,
     stiffness_ratio,
 )
 from observers.embedded.patches.patch_code import PatchCode
-from observers.embedded.scalar_expansion import drop_unused_inputs, inputs_used, with_known_exponential
-from observers.estimators.ekf import build_commented_step, ekf_layout
-from observers.estimators.initial_state import build_initial_state
+from observers.embedded.scalar_expansion import (
+    ConstantSubstitution,
+    drop_unused_inputs,
+    inputs_used,
+    with_known_exponential,
+)
+from observers.estimators.ekf import build_ekf_step, ekf_layout
 from observers.layout import Layout
 from observers.measurement.directional_friction import EXCHANGED, OTHER
 from observers.measurement.linearisation import angle_is_state, slope_states, state_index
@@ -41,7 +45,8 @@ def compact_filter(patch: PatchCode, constants: ConstantSubstitution) -> Estimat
     kept = Layout(tuple(field for field in parts.fields if field[0] in used - {"memory"}))
     names = [name for name, _, _ in kept.fields]
     step = drop_unused_inputs(step, {name for name, _, _ in parts.fields} - {*names, "memory"})
-    functions = [_begin(patch, constants, parts, names), step]
+    begin = begin_estimator("begin_filter", patch, parts, {name: f"first_{name}" for name in names})
+    functions = [constants.fill("begin_filter", begin), step]
     if patch.follows_mu:
         factor = ca.MX.sym("factor", *parts.places["factor"][1])
         functions.append(
@@ -83,22 +88,10 @@ def compact_filter(patch: PatchCode, constants: ConstantSubstitution) -> Estimat
     )  # fmt: skip
 
 
-def _begin(
-    patch: PatchCode, constants: ConstantSubstitution, parts: Layout, kept: list[str]
-) -> ca.Function:
-    """(sample) -> the kept parts before it."""
-    start = build_initial_state(patch.torque_model, patch.observer.measurement_model, parts)
-    sample, vector = (ca.MX.sym(start.name_in(i), start.numel_in(i)) for i in range(2))
-    first = parts.split(start(sample, vector))
-    outputs = {f"first_{name}": first[name] for name in kept}
-    begin = function_of_symbols("begin_filter", [sample, vector], **outputs)
-    return constants.fill("begin_filter", begin)
-
-
 def _build_step(patch: PatchCode, constants: ConstantSubstitution, parts: Layout) -> ca.Function:
     """(parts, memory, sample, exp of ln mu before it) -> (steps between, parts after, output)."""
     model = patch.observer.measurement_model
-    step = build_commented_step(patch.torque_model, model)
+    step = build_ekf_step(patch.torque_model, model, 1, commented=True)
     before = {name: ca.MX.sym(name, rows * columns) for name, rows, columns in parts.fields}
     sample, vector = (ca.MX.sym(step.name_in(i), step.numel_in(i)) for i in (1, 2))
     *between, state_next, output = step(ca.vertcat(*before.values()), sample, vector)

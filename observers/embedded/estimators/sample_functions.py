@@ -7,12 +7,12 @@ from typing import Any
 
 import casadi as ca
 
-from observers.embedded.constant_substitution import ConstantSubstitution
 from observers.embedded.patches.patch_code import PatchCode
-from observers.embedded.scalar_expansion import inputs_used
+from observers.embedded.scalar_expansion import ConstantSubstitution, inputs_used
+from observers.estimators.initial_state import build_initial_state
 from observers.estimators.mhe_recursions import build_filter_step
 from observers.estimators.model_observer import ModelObserver
-from observers.layout import named, outputs_of
+from observers.layout import Layout, named, outputs_of
 from observers.measurement.linearisation import (
     build_clean,
     build_linearised_motion,
@@ -53,6 +53,14 @@ def function_of_symbols(name: str, inputs: Sequence[ca.MX], **outputs: ca.MX) ->
     return named_function(name, {symbol.name(): symbol for symbol in inputs}, columns)
 
 
+def begin_estimator(name: str, patch: PatchCode, parts: Layout, names: Mapping[str, str]) -> ca.Function:
+    """(sample, constants) -> parts of the state before a first sample, by their names as outputs."""
+    start = build_initial_state(patch.torque_model, patch.observer.measurement_model, parts)
+    sample, constants = (ca.MX.sym(start.name_in(i), start.numel_in(i)) for i in range(2))
+    first = parts.split(start(sample, constants))
+    return function_of_symbols(name, [sample, constants], **{names[part]: first[part] for part in names})
+
+
 def clean_and_patch_signals(observer: ModelObserver) -> list[ca.Function]:
     """`clean` and `patch_signals`."""
     model = observer.measurement_model
@@ -75,7 +83,8 @@ def retentions(
 ) -> ca.Function:
     """(factor, last, now) -> share of the memory's derivative by mu after its walk, and after a reset.
 
-    With k a state too the first share is a matrix, column by column, for derivatives by ln mu and k.
+    With k a state too mu is a further input, and the first share a matrix, column by column, for
+    derivatives by mu and k.
 
     factor is the symbol of a covariance in the form that the estimator has, variances that covariance;
     predicted: the variance of ln mu on a new ground adds to that after the walk.
@@ -88,11 +97,14 @@ def retentions(
     slopes = ca.DM.zeros(len(slope_states(model)))
     _, _, Q, _ = build_linearised_motion(model)(x, 0, slopes, last, now, rig, tuning)
     at = state_index(model)
-    walk = sensitivity_retention(model, variances, Q, x, now)
+    walk, mu = ca.MX(sensitivity_retention(model, variances, Q, x, now)), []
+    if walk.numel() > 1:  # From ln mu to mu.
+        mu = [ca.MX.sym("mu")]
+        walk[1, 0], walk[0, 1] = walk[1, 0] / mu[0], walk[0, 1] * mu[0]
     variance = variances[at, at] + Q[at] if predicted else variances[at, at]
     change = reset_retention(ca.MX(1), variance, log_mu_change_variance(named(TUNING_FIELDS, tuning)))
     function = function_of_symbols(
-        "retentions", [factor, last, now, rig, tuning], retention=ca.vertcat(ca.vec(walk), change)
+        "retentions", [factor, last, now, *mu, rig, tuning], retention=ca.vertcat(ca.vec(walk), change)
     )
     return constants.fill("retentions", function)
 

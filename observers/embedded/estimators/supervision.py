@@ -9,20 +9,18 @@ from typing import Any
 
 import casadi as ca
 
-from observers.embedded.constant_substitution import ConstantSubstitution, Tunable
 from observers.embedded.jinja_templates import ObserverBody, render
 from observers.embedded.rolled_c import rolled_c
-from observers.embedded.scalar_expansion import expand_with_constants, without_outputs
+from observers.embedded.scalar_expansion import (
+    ConstantSubstitution,
+    Tunable,
+    expand_with_constants,
+    without_outputs,
+)
 from observers.embedded.scalar_type import Real
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named, symbols, vector_of
-from observers.measurement.measurement_model import (
-    CLEAN,
-    MAX_ZERO_DEVIATIONS,
-    MIN_LOAD_SHARE,
-    RIG,
-    has_gear_friction,
-)
+from observers.measurement.measurement_model import CLEAN, RIG, has_gear_friction
 from observers.protocol import OUTPUT, SAMPLE
 from observers.quality import (
     acquisition,
@@ -37,7 +35,6 @@ from observers.quality.equivalent_patch import build_added_torque, build_patch_a
 from observers.tuning import TUNING_FIELDS
 from symbolic.casadi_functions import named_function
 from symbolic.deformation import corner_moment_and_derivative
-from symbolic.zone_patch import FAR
 
 
 def supervision_functions(observer: ModelObserver, constants: ConstantSubstitution) -> list[ca.Function]:
@@ -169,7 +166,8 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
     declared = f"{literal['zero_std']} * 0.375 * sample[2] * {literal['a']}"
     restart = f"limits[LIMIT_ZERO_STD] * 0.375 * state->own[OWN_F_N] * {literal['a']}"
     return {
-        "own": acquisition.OWN, "track": hysteresis_branches.TRACK, "gear": gear,
+        "acquisition": acquisition, "branches": hysteresis_branches, "hypotheses": mu_over_k_hypotheses,
+        "tracking": acquisition_and_tracking, "verdicts": hypotheses_verdict, "gear": gear,
         "parts": mu_over_k_hypotheses.hypothesis_fields(gear),
         "added_torque": build_added_torque(observer.model) is not None,
         "has_gap": build_patch_angle(observer.model) is not None,
@@ -177,20 +175,7 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         "interval": f"{terms['newest_last']}[{CLEAN.index('interval')}]",
         "dry": f"{terms['newest_last']}[{CLEAN.index('dry')}]",
         "dry_std": f"{terms['newest_last']}[{CLEAN.index('dry_std')}]",
-        "limits": mu_over_k_hypotheses.SETTINGS,
-        "ratios": mu_over_k_hypotheses.RATIOS,
-        "points": hysteresis_branches.POINTS, "paths": hysteresis_branches.PATHS,
-        "start": repr(hysteresis_branches.START), "twist_std": repr(mu_over_k_hypotheses.TWIST_STD),
-        "beside": acquisition_and_tracking.BESIDE, "confirms": repr(acquisition_and_tracking.CONFIRMS),
-        "failed": repr(float(acquisition.FAILED)), "failed_for_long": repr(acquisition.FAILED_FOR_LONG),
-        "over": repr(float(acquisition.OVER)), "proved": repr(float(acquisition.PROVED)),
-        "afterwards": repr(acquisition_and_tracking.AFTERWARDS),
-        "most_zero": repr(MAX_ZERO_DEVIATIONS),
-        "moved": repr(acquisition_and_tracking.MAY_HAVE_MOVED),
-        "verdict": hypotheses_verdict.VERDICT,
         "block": len(model.torque_state), "handover": len(handover_names(states_handed_over(states))),
-        "vague": repr(mu_over_k_hypotheses.VAGUE), "least_load": repr(MIN_LOAD_SHARE),
-        "restart_std": repr(mu_over_k_hypotheses.RESTART_STD), "far": repr(FAR), "a": literal["a"],
         "tyre": [f"{literal['k']} * {patch.stiffness!r}", literal["a"], literal["e"]],
         # Deviation of the torque's zero before the first sample, and on a new ground [N m].
         "zero_std": declared if zero_std is None else repr(zero_std),

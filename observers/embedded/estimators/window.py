@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from observers.embedded.constant_substitution import ConstantSubstitution
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
     EstimatorCode,
+    begin_estimator,
     function_of_symbols,
     memory_with,
     motion_depends_on_patch_torque,
@@ -20,7 +20,7 @@ from observers.embedded.estimators.sample_functions import (
     stored_rows,
 )
 from observers.embedded.patches.patch_code import PatchCode, window_of
-from observers.estimators.initial_state import build_initial_state
+from observers.embedded.scalar_expansion import ConstantSubstitution
 from observers.estimators.mhe_recursions import (
     arrival_variance_increment,
     build_acceptance_update,
@@ -102,9 +102,8 @@ def test_outputs(model: MeasurementModel) -> tuple[str, ...]:
 def elimination_layout(model: MeasurementModel) -> Layout:
     """The parts that forward elimination leaves for back substitution."""
     n = len(model.states)
-    parts = (("filtered", n, 1), ("P", n, n), ("K", n, 1), ("score", 1, 1), ("H", n, 1))
-    slopes = ("slopes", len(slope_states(model)), 1)
-    return Layout((*parts, slopes) if motion_depends_on_patch_torque(model) else parts)
+    slopes = {"slopes": len(slope_states(model))} if motion_depends_on_patch_torque(model) else {}
+    return Layout.of(filtered=n, P=(n, n), K=n, score=1, H=n, **slopes)
 
 
 @dataclass(frozen=True)
@@ -157,12 +156,8 @@ class WindowFunctions:
     def begin(self) -> ca.Function:
         """(sample) -> mean, factor, last."""
         n = len(self.model.states)
-        parts = Layout((("mean", n, 1), ("factor", n, n), ("last", len(CLEAN), 1)))
-        start = build_initial_state(self.patch.torque_model, self.model, parts)
-        sample, constants = (ca.MX.sym(start.name_in(i), start.numel_in(i)) for i in range(2))
-        return function_of_symbols(
-            "begin_window", [sample, constants], **parts.split(start(sample, constants))
-        )
+        parts = Layout.of(mean=n, factor=(n, n), last=len(CLEAN))
+        return begin_estimator("begin_window", self.patch, parts, {name: name for name in parts.places})
 
     def limit(self) -> ca.Function:
         """(x) -> within bounds."""

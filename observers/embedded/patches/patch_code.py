@@ -29,7 +29,7 @@ class LinearisedPatch:
         """
         stiffness = ("by_k", "k") if self.by_stiffness else ()
         slide = ("slide", "beside") if self.slides else ()
-        return Layout(tuple((n, 1, 1) for n in ("M_z", "by_mu", "mu", *stiffness, *slide)))
+        return Layout.of(**dict.fromkeys(("M_z", "by_mu", "mu", *stiffness, *slide), 1))
 
     @property
     def memory_size(self) -> int:

@@ -67,10 +67,7 @@ int main(int argc, char **argv) {
             }
             at = end + 1;
         }
-        sample.psi = (${real})row[PSI];
-        sample.psi_dot = (${real})row[PSI_DOT];
-        sample.${torque} = (${real})row[TORQUE];
-        sample.F_N = (${real})row[LOAD];
+        sample.${field} = (${real})row[${place}]; %% for field, place in sensors
         sample.dt = (${real})row[DT];
         ${name}_step(&state, &sample);
         ${name}_estimate(&state, &estimate);

@@ -1,15 +1,8 @@
-%% if "lesser" in used or "greater" in used
-/* fmin and fmax with NaN as those of math.h have it, which are calls on some targets. */
-%% endif
-%% if "lesser" in used
-static inline ${real} lesser(${real} x, ${real} y) { return x < y || y != y ? x : y; }
-%% endif
-%% if "greater" in used
-static inline ${real} greater(${real} x, ${real} y) { return x > y || y != y ? x : y; }
-%% endif
+/* fmin and fmax with NaN as those of math.h have it, which are calls on some targets. */ %% if "lesser" in used or "greater" in used
+static inline ${real} lesser(${real} x, ${real} y) { return x < y || y != y ? x : y; } %% if "lesser" in used
+static inline ${real} greater(${real} x, ${real} y) { return x > y || y != y ? x : y; } %% if "greater" in used
 
-%% if "natural_log" in used or (single and "any_log" in used)
-%% if single
+%% if single and ("natural_log" in used or "any_log" in used)
 /* ln x to 1e-7 for x > 0 that is no subnormal: exponent and mantissa by their bits, and the series of artanh. */
 static inline float natural_log(float x) {
     uint32_t bits;
@@ -24,24 +17,18 @@ static inline float natural_log(float x) {
     square = t * t;
     return (float)exponent * 0.693147181 + 2.0 * t * (1.0 + square * (0.333333333 + square * (0.2 + square * (0.142857143 + square * 0.111111111))));
 }
-%% else
-static inline ${real} natural_log(${real} x) { return log(x); }
 %% endif
-%% endif
-%% if "any_log" in used
-%% if single
+static inline ${real} natural_log(${real} x) { return log(x); } %% if not single and "natural_log" in used
+%% if single and "any_log" in used
 /* ln of any number; what is 0, negative, huge or NAN is left to math.h. */
 static inline float any_log(float x) {
     uint32_t bits;
     (void)memcpy(&bits, &x, sizeof bits);
     return bits - 0x00800000u < 0x7F000000u ? natural_log(x) : log(x);
 }
-%% else
-static inline double any_log(double x) { return log(x); }
 %% endif
-%% endif
-%% if "any_exp" in used
-%% if single
+static inline double any_log(double x) { return log(x); } %% if not single and "any_log" in used
+%% if single and "any_exp" in used
 /* e^x to 1e-7: a power of two by its bits, and a polynomial; 0 below 1e-38; what is huge or NAN is left
    to math.h.
    Source: Moshier, Cephes mathematical library, expf. */
@@ -59,17 +46,13 @@ static inline float any_exp(float x) {
     (void)memcpy(&power, &bits, sizeof power);
     return power * (1.0 + rest + rest * rest * (0.5 + rest * (1.66666655e-1 + rest * (4.16657959e-2 + rest * (8.33345191e-3 + rest * (1.39819999e-3 + rest * 1.98756915e-4))))));
 }
-%% else
-static inline double any_exp(double x) { return exp(x); }
 %% endif
-%% endif
+static inline double any_exp(double x) { return exp(x); } %% if not single and "any_exp" in used
 %% if creep
 
 /* Wright's function between two knots: a cubic through values and slopes. The last ${omega_far} are ${omega_sparse} times as far apart. */
 static const ${real} omega_of[${omega|length}][4] = {
-%% for knot in omega
-    {${knot}},
-%% endfor
+    {${knot}}, %% for knot in omega
 };
 
 static inline ${real} omega_between(${real} place) {
@@ -88,17 +71,13 @@ static inline ${real} wright_omega(${real} place) {
     /* Bounded as it is used: rounding may lift the last place beyond the table. */
     const ${real} sparse = ${omega_near}.0 + (place - ${omega_near}.0) * ${1 / omega_sparse};
     ${real} w;
-%% if not single
-    const double x = place / ${omega_knots_per_unit} + ${omega_from};
-%% endif
+    const double x = place / ${omega_knots_per_unit} + ${omega_from}; %% if not single
     if (place < ${omega_near}.0) {
         w = omega_between(place);
     } else if (sparse < ${omega_near + omega_far}.0) {
         w = omega_between(sparse);
     } else {
-%% if single
-        const float x = place / ${omega_knots_per_unit} + ${omega_from};
-%% endif
+        const float x = place / ${omega_knots_per_unit} + ${omega_from}; %% if single
         const ${real} log_x = natural_log(x), share = log_x / x;
         w = x - log_x + share * (1.0 + 0.5 * (log_x - 2.0) / x);
     }

@@ -39,10 +39,7 @@ static double number(const char *field) {
 static void step(${name}_state_t *state, const double *row, double dt) {
     ${name}_sample_t sample;
     ${name}_estimate_t estimate;
-    sample.psi = (${real})row[PSI];
-    sample.psi_dot = (${real})row[PSI_DOT];
-    sample.${torque} = (${real})row[TORQUE];
-    sample.F_N = (${real})row[LOAD];
+    sample.${field} = (${real})row[${place}]; %% for field, place in sensors
     sample.dt = (${real})dt;
     ${name}_step(state, &sample);
     ${name}_estimate(state, &estimate);

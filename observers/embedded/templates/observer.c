@@ -12,11 +12,23 @@
 
 /* Order of the output of a step. */
 enum {
-%% for name in output
-    OUT_${name|upper},
-%% endfor
+    OUT_${name|upper}, %% for name in output
     OUTPUTS
 };
+
+static inline void set_numbers(${real} *numbers, const ${real} *values, int32_t count) {
+    int32_t i;
+    for (i = 0; i < count; ++i) {
+        numbers[i] = values[i];
+    }
+}
+
+static inline void fill_numbers(${real} *numbers, ${real} value, int32_t count) {
+    int32_t i;
+    for (i = 0; i < count; ++i) {
+        numbers[i] = value;
+    }
+}
 
 /* Computation: written by CasADi ${casadi} from the Functions that run in Python. -------------------------- */
 
@@ -42,12 +54,10 @@ static void clear_state(${name}_state_t *state) {
 %% else
 void ${name}_init(${name}_state_t *state) {
 %% endif
-    int32_t i;
+    static const ${real} start[${evidence_start|length}] = {${evidence_start|join(", ")}}; %% if checked
     state->layout = ${NAME}_STATE_LAYOUT;
     state->size = (uint32_t)sizeof *state;
-    for (i = 0; i < OUTPUTS; ++i) {
-        state->output[i] = (${real})NAN;
-    }
+    fill_numbers(state->output, (${real})NAN, OUTPUTS);
     state->output[OUT_MU] = ${prior_mu};
     state->output[OUT_MU_STD] = ${prior_std};
     state->output[OUT_STATUS] = ${NAME}_MISSING;
@@ -61,17 +71,8 @@ void ${name}_init(${name}_state_t *state) {
     state->jump = 0.0;
     state->has_psi = 0;
     state->now = -1;
-%% if checked
-    for (i = 0; i < ${evidence_start|length}; ++i) {
-        static const ${real} start[${evidence_start|length}] = {${evidence_start|join(", ")}};
-        state->evidence[i] = start[i];
-    }
-%% endif
-%% if supervised
-    for (i = 0; i < OUTPUTS; ++i) {
-        state->result[i] = state->output[i];
-    }
-%% endif
+    set_numbers(state->evidence, start, ${evidence_start|length}); %% if checked
+    set_numbers(state->result, state->output, OUTPUTS); %% if supervised
 }
 
 %% if tunable
@@ -120,11 +121,8 @@ static void update_rate(${name}_state_t *state, ${real} psi) {
 static int32_t gather_sample(${name}_state_t *state, const ${name}_sample_t *sample) {
     const ${real} raw[${torques|length + 4}] = {sample->psi, sample->psi_dot, sample->F_N, sample->dt${raw_torques}};
     ${real} after[${evidence_start|length}], suspect;
-    int32_t i;
     gather_evidence(state->evidence, raw, ${half_length}, after, &suspect);
-    for (i = 0; i < ${evidence_start|length}; ++i) {
-        state->evidence[i] = after[i];
-    }
+    set_numbers(state->evidence, after, ${evidence_start|length});
     return suspect != 0.0 ? ${NAME}_SUSPECT : 0;
 }
 %% endif
@@ -168,9 +166,7 @@ int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
     }
     now[2] = passed[3];
     now[3] = sample->dt;
-%% for name in torques
-    now[${loop.index0 + 4}] = ${"passed[2]" if name == torque else "(%s)NAN" % real};
-%% endfor
+    now[${loop.index0 + 4}] = ${"passed[2]" if name == torque else "(%s)NAN" % real}; %% for name in torques
     if (state->now < 0) {
         if (!(is_known(now[0]) && is_known(now[2]) && now[2] >= ${least_first_load})) {
             status = ${NAME}_MISSING | implausible;
@@ -178,25 +174,17 @@ int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
             return status;
         }
         begin(state, now);
-%% if supervised
-        begin_supervision(state, now);
-%% endif
+        begin_supervision(state, now); %% if supervised
     }
-%% if checked
-    suspect = gather_sample(state, sample);
-%% endif
+    suspect = gather_sample(state, sample); %% if checked
 %% if supervised
-%% if scaled
-    now[${torques.index(torque) + 4}] = passed[2] / state->own[OWN_SCALE];
-%% endif
+    now[${torques.index(torque) + 4}] = passed[2] / state->own[OWN_SCALE]; %% if scaled
     status = advance(state, now);
     if (status == ${NAME}_REFUSED) {
         state->result[OUT_STATUS] = ${NAME}_REFUSED;
         return status;
     }
-%% if scaled
-    now[${torques.index(torque) + 4}] = passed[2];
-%% endif
+    now[${torques.index(torque) + 4}] = passed[2]; %% if scaled
     status = supervise(state, now, status) | implausible | suspect;
 %% else
     status = advance(state, now) | implausible | suspect;
@@ -210,17 +198,13 @@ void ${name}_estimate(const ${name}_state_t *state, ${name}_estimate_t *estimate
         return;
     }
     if (!is_own(state)) {
-%% for name in numbers
-        estimate->${name} = (${real})NAN;
-%% endfor
+        estimate->${name} = (${real})NAN; %% for name in numbers
         estimate->informed = 0;
         estimate->usable = 0;
         estimate->status = ${NAME}_REFUSED;
         return;
     }
-%% for name in numbers
-    estimate->${name} = state->${result}[OUT_${name|upper}];
-%% endfor
+    estimate->${name} = state->${result}[OUT_${name|upper}]; %% for name in numbers
     estimate->status = (int32_t)state->${result}[OUT_STATUS];
     estimate->informed = estimate->mu_std < ${informed_below} * estimate->mu &&
                          (estimate->status & ${uninformed}) == 0;

@@ -36,9 +36,7 @@ typedef struct {
 /* Status of a sample; several flags may be set. */
 enum {
     ${NAME}_USED = 0,
-%% for flag, number, remedy in flags
-    ${NAME}_${flag} = ${number}, /* ${remedy} */
-%% endfor
+    ${NAME}_${flag} = ${number}, /* ${remedy} */ %% for flag, number, remedy in flags
 };
 
 /* Estimate after a sample. */
@@ -73,9 +71,7 @@ typedef struct {
 /* Parameters. Those of the prior (${prior|join(", ")}) count from the next ${name}_reset on, all others from the next
    sample. */
 typedef struct {
-%% for p in parameters
-    ${real} ${p.field}; /* ${p.about} [${p.unit}]; ${p.range} */
-%% endfor
+    ${real} ${p.field}; /* ${p.about} [${p.unit}]; ${p.range} */ %% for p in parameters
 } ${name}_parameters_t;
 
 /* Those that the code was generated with, and that ${name}_init takes. */
@@ -92,14 +88,10 @@ ${types}/* One observer, ${bytes} bytes; its fields are private. */
 typedef struct {
     uint32_t layout, size;
     ${real} output[${output|length}];
-%% if checked
-    ${real} evidence[${evidence_start|length}];
-%% endif
+    ${real} evidence[${evidence_start|length}]; %% if checked
     ${real} psi, age, rate, offset, other, other_age, waiting, jump;
     int32_t has_psi, now;
-%% if tunable
-    ${real} constants[${constants_size}]; /* made of the parameters */
-%% endif
+    ${real} constants[${constants_size}]; /* made of the parameters */ %% if tunable
 ${private_fields}
 } ${name}_state_t;
 

@@ -21,9 +21,7 @@ namespace ${name} {
 /* Status of a sample; several flags may be set. */
 enum class Status : std::int32_t {
     used = ${NAME}_USED,
-%% for flag, number, remedy in flags
-    ${flag|lower} = ${NAME}_${flag}, /* ${remedy} */
-%% endfor
+    ${flag|lower} = ${NAME}_${flag}, /* ${remedy} */ %% for flag, number, remedy in flags
 };
 
 /* Whether all flags of a part are set. */
@@ -41,9 +39,7 @@ struct Sample : ${name}_sample_t {
 };
 
 using Estimate = ${name}_estimate_t;
-%% if tunable
-using Parameters = ${name}_parameters_t;
-%% endif
+using Parameters = ${name}_parameters_t; %% if tunable
 
 /* One observer, of fixed size; a copy goes on from the same state by itself. For one thread at a time. */
 class Observer {

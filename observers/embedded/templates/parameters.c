@@ -1,8 +1,6 @@
 /* Those that the code was generated with: volatile, as a calibration tool may lay others over them. */
 const volatile ${name}_parameters_t ${name}_defaults = {
-%% for p in parameters
-    ${p.literal}, /* ${p.field} [${p.unit}] */
-%% endfor
+    ${p.literal}, /* ${p.field} [${p.unit}] */ %% for p in parameters
 };
 
 int32_t ${name}_check_parameters(const ${name}_parameters_t *at) {
@@ -21,15 +19,9 @@ int32_t ${name}_check_parameters(const ${name}_parameters_t *at) {
 
 /* The vector of constants of the computation. */
 static void take_parameters(${name}_state_t *state, const volatile ${name}_parameters_t *at) {
-%% for place, value in constants
-    state->constants[${place}] = ${value};
-%% endfor
+    state->constants[${place}] = ${value}; %% for place, value in constants
 %% for p in parameters
-%% for place in p.places
-    state->constants[${place}] = ${"1.0 / " if p.inverse}at->${p.field};
+    state->constants[${place}] = ${"1.0 / " if p.inverse}at->${p.field}; %% for place in p.places
 %% endfor
-%% endfor
-%% if rig_at_run_time
-    set_geometry(&state->patch, at->k, at->a, at->e);
-%% endif
+    set_geometry(&state->patch, at->k, at->a, at->e); %% if rig_at_run_time
 }

@@ -91,9 +91,7 @@ private:
         message.layout.dim[0].label = "${estimate|join(",")},weaker";
         message.layout.dim[0].size = ${estimate|length + 1};
         message.layout.dim[0].stride = ${estimate|length + 1};
-%% for name in estimate
-        message.data.push_back(static_cast<double>(now.${name}));
-%% endfor
+        message.data.push_back(static_cast<double>(now.${name})); %% for name in estimate
         message.data.push_back(static_cast<double>(${NAME ~ "_WEAKER" if weaker else "std::nan(\"\")"}));
         estimate_->publish(message);
     }

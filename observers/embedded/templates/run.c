@@ -17,8 +17,6 @@ void run(int64_t count, const ${real} *samples, ${real} *outputs) {
         sample.psi = row[0], sample.psi_dot = row[1], sample.${torque} = row[2], sample.F_N = row[3], sample.dt = row[4];
         ${name}_step(&state, &sample);
         ${name}_estimate(&state, &estimate);
-%% for name in estimate
-        output[${loop.index0}] = (${real})estimate.${name};
-%% endfor
+        output[${loop.index0}] = (${real})estimate.${name}; %% for name in estimate
     }
 }

@@ -60,19 +60,14 @@ static void mdlOutputs(SimStruct *S, int_T tid) {
     ${name}_estimate_t estimate;
     (void)tid;
     ${name}_estimate(state_of(S), &estimate);
-%% for name in estimate
-    *ssGetOutputPortRealSignal(S, ${loop.index0}) = (real_T)estimate.${name};
-%% endfor
+    *ssGetOutputPortRealSignal(S, ${loop.index0}) = (real_T)estimate.${name}; %% for name in estimate
 }
 
 #define MDL_UPDATE
 static void mdlUpdate(SimStruct *S, int_T tid) {
     ${name}_sample_t sample;
     (void)tid;
-    sample.psi = (${real})*ssGetInputPortRealSignal(S, PSI);
-    sample.psi_dot = (${real})*ssGetInputPortRealSignal(S, PSI_DOT);
-    sample.${torque} = (${real})*ssGetInputPortRealSignal(S, TORQUE);
-    sample.F_N = (${real})*ssGetInputPortRealSignal(S, LOAD);
+    sample.${field} = (${real})*ssGetInputPortRealSignal(S, ${place}); %% for field, place in sensors
     sample.dt = (${real})sample_time(S);
     ${name}_step(state_of(S), &sample);
 }

@@ -1,9 +1,7 @@
 %% if not tunable
 /* Parameters, rig and tuning; ${name}.json lists them by name and unit. */
 static const ${real} constants[${constants|length}] = {
-%% for value, label in constants
-    ${value}, /* ${label} */
-%% endfor
+    ${value}, /* ${label} */ %% for value, label in constants
 };
 
 %% endif
@@ -20,15 +18,12 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     ${real} output[OUTPUTS];
     const ${real} *arg[${arg}] = {state->values[state->now], sample, ${"state->constants" if tunable else "constants"}};
     ${real} *res[${res}] = {state->values[1 - state->now], output};
-    int i;
     (void)${step}(arg, res, state->integers, state->scratch, 0);
     if (!(is_known(output[OUT_MU]) && is_known(output[OUT_MU_STD]) && is_known(output[OUT_M_Z_PREDICTED]))) {
         state->output[OUT_STATUS] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;
     }
     state->now = 1 - state->now;
-    for (i = 0; i < OUTPUTS; ++i) {
-        state->output[i] = output[i];
-    }
+    set_numbers(state->output, output, OUTPUTS);
     return (int32_t)output[OUT_STATUS];
 }

@@ -18,9 +18,7 @@ INLINE double greater(double x, double y) { return x > y ? x : y; }
 
 /* Bristles, stresses of one, parameters, scalars of a sample, memory of the effects, and all memory. */
 enum { BRISTLES = ${bristles}, STRESSES = ${stresses}, PARAMETERS = ${parameters}, SCALARS = ${scalars}, OWN = ${own}, MEMORY = ${memory} };
-%% for name, numbers in nodes.items()
-static const double node_${name}[BRISTLES] = {${numbers}};
-%% endfor
+static const double node_${name}[BRISTLES] = {${numbers}}; %% for name, numbers in nodes.items()
 
 ${functions}
 /* Coefficients of the bristles in a sample, and those that they share. */
@@ -47,9 +45,7 @@ static void try_turn(const double *stress, const coefficients_t *at, double turn
     int i;
     for (i = 0; i < BRISTLES; ++i) {
         double ${"found[4], " if creep}after[STRESSES], follow[STRESSES];
-%% if creep
-        find(${stress_at_i}, turn, at->lever[i], at->limit[i], at->shared, found);
-%% endif
+        find(${stress_at_i}, turn, at->lever[i], at->limit[i], at->shared, found); %% if creep
         tangent(${stress_at_i}, turn, at->lever[i], at->limit[i], at->shared${", found" if creep}, after, follow);
         total[i] = at->moment[i] * (after[0]${" + after[1]" if stresses == 2});
         by_turn[i] = at->moment[i] * (follow[0]${" + follow[1]" if stresses == 2});
@@ -98,18 +94,12 @@ void run(int64_t count, int64_t directions, const double *signals, const double 
          const double *seeds, double *memory, double *memory_by, double *torque, double *by) {
     int64_t n, j;
     int i, s;
-%% if compliant
-    double angle = memory[0], rise, followed = 0.0;
-%% endif
+    double angle = memory[0], rise, followed = 0.0; %% if compliant
     for (n = 0; n < count; ++n, signals += 4) {
         double *stress = memory + 1, scalars[SCALARS], beside_patch, goal, turn, further = 0.0;
         double next[STRESSES][BRISTLES], step_by[${step_partials}][BRISTLES], place_by[${place_partials}][BRISTLES], total[BRISTLES];
-%% if own
-        double *own = stress + STRESSES * BRISTLES, own_next[OWN];
-%% endif
-%% if compliant
-        double follows[STRESSES][BRISTLES], elements[1 + PARAMETERS], root, M_z, slope, deflected, softness;
-%% endif
+        double *own = stress + STRESSES * BRISTLES, own_next[OWN]; %% if own
+        double follows[STRESSES][BRISTLES], elements[1 + PARAMETERS], root, M_z, slope, deflected, softness; %% if compliant
         coefficients_t at;
         sample(${"own, " if own}signals, theta, geometry, ${"own_next, " if own}scalars);
         share(scalars, at.shared);
@@ -135,16 +125,12 @@ void run(int64_t count, int64_t directions, const double *signals, const double 
 %% endif
         for (i = 0; i < BRISTLES; ++i) {
             double ${"found[4], " if creep}after[STRESSES], follow[STRESSES], partial[${step_partials}];
-%% if creep
-            find(${stress_at_i}, turn, at.lever[i], at.limit[i], at.shared, found);
-%% endif
+            find(${stress_at_i}, turn, at.lever[i], at.limit[i], at.shared, found); %% if creep
             advance(${stress_at_i}, turn, at.lever[i], at.limit[i], at.shared${", found" if creep}, after, follow, partial);
             for (s = 0; s < STRESSES; ++s) next[s][i] = after[s];
             for (s = 0; s < ${step_partials}; ++s) step_by[s][i] = partial[s];
-%% if compliant
-            for (s = 0; s < STRESSES; ++s) follows[s][i] = follow[s];
-            total[i] = at.moment[i] * (follow[0]${" + follow[1]" if stresses == 2});
-%% endif
+            for (s = 0; s < STRESSES; ++s) follows[s][i] = follow[s]; %% if compliant
+            total[i] = at.moment[i] * (follow[0]${" + follow[1]" if stresses == 2}); %% if compliant
         }
 %% if compliant
         compliance(root, elements, &softness);
@@ -162,16 +148,10 @@ void run(int64_t count, int64_t directions, const double *signals, const double 
             double *patch_by = memory_by + MEMORY * j, *stress_by = patch_by + 1;
             double scalars_by[SCALARS], shared_by[${shared}], next_by[STRESSES][BRISTLES], moment_by[BRISTLES];
             double beside_by, turn_by;
-%% if own
-            double *own_by = stress_by + STRESSES * BRISTLES, own_next_by[OWN];
-%% endif
-%% if compliant
-            double elements_by[1 + PARAMETERS], goal_by, deflected_by, further_by;
-%% endif
+            double *own_by = stress_by + STRESSES * BRISTLES, own_next_by[OWN]; %% if own
+            double elements_by[1 + PARAMETERS], goal_by, deflected_by, further_by; %% if compliant
             sample_along(${"own, " if own}signals, theta, geometry, ${"own_by, " if own}seed, seed + PARAMETERS, seed[PARAMETERS + 2], ${"own_next_by, " if own}scalars_by);
-%% if own
-            for (i = 0; i < OWN; ++i) own_by[i] = own_next_by[i];
-%% endif
+            for (i = 0; i < OWN; ++i) own_by[i] = own_next_by[i]; %% if own
             share_along(scalars, scalars_by, shared_by);
             beside_along(scalars, scalars_by, &beside_by);
             turn_by = scalars_by[0] - patch_by[0];
@@ -186,9 +166,7 @@ void run(int64_t count, int64_t directions, const double *signals, const double 
                 const double lever_by = ${place_sums[0]};
                 const double limit_by = ${place_sums[1]};
                 moment_by[i] = ${place_sums[2]};
-%% for terms in step_sums
-                next_by[${loop.index0}][i] = ${terms};
-%% endfor
+                next_by[${loop.index0}][i] = ${terms}; %% for terms in step_sums
             }
 %% if compliant
             for (i = 0; i < BRISTLES; ++i) {
@@ -219,9 +197,7 @@ void run(int64_t count, int64_t directions, const double *signals, const double 
                 total[i] += at.moment[i] * stress[s * BRISTLES + i];
             }
         }
-%% if own
-        for (i = 0; i < OWN; ++i) own[i] = own_next[i];
-%% endif
+        for (i = 0; i < OWN; ++i) own[i] = own_next[i]; %% if own
         torque[n] = sum(total) + beside_patch;
     }
 }

@@ -149,9 +149,7 @@ def test_a_package_elsewhere_is_not_ours(place: Path) -> None:
     assert "identification" not in said
 
 
-def test_a_package_that_was_written_over_is_not_ours(
-    place: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_package_written_over_is_not_ours(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     package = place / "symbolic" / "__init__.py"
     monkeypatch.setattr(
         own_packages_shadowed, "__file__", str(place / "brushgrip" / "cli" / "own_packages_shadowed.py")

@@ -59,8 +59,7 @@ def test_from_a_log_to_friction_in_one_command(run: Run, tmp_path: Path, name: s
     assert "half-length of the contact" in budget
     # Those that are not told are less than a tenth of it each.
     assert np.hypot.reduce(parts) == pytest.approx(whole, rel=0.06)
-    told = float(budget.partition("± ")[2].split()[0])
-    assert told == pytest.approx(whole, abs=0.011)
+    assert float(budget.partition("± ")[2].split()[0]) == pytest.approx(whole, abs=0.011)
 
 
 @pytest.mark.usefixtures("mapped")
@@ -86,15 +85,11 @@ def test_from_logs_to_a_report_in_one_command(
 def test_a_car_without_a_speed_is_said_to_be_taken_to_stand(run: Run, car: Path, tmp_path: Path) -> None:
     t, rack = steering(seconds=8.0)
     columns = {"t": t, "rack": rack, "F_rack": SimulatedCar().force(rack)}
-    known, unknown = (
-        write_columns(tmp_path / name, given)
-        for name, given in (("known.csv", columns | {"speed": 0 * t}), ("unknown.csv", columns))
-    )
+    known = write_columns(tmp_path / "known.csv", columns | {"speed": 0 * t})
+    unknown = write_columns(tmp_path / "unknown.csv", columns)
     of_car = ["--vehicle", car]
-    alone, both = (
-        run("estimate", *of_car, unknown),
-        run("estimate", *of_car, known, unknown, "--jobs", 1),
-    )
+    alone = run("estimate", *of_car, unknown)
+    both = " ".join(run("estimate", *of_car, known, unknown, "--jobs", 1).out.split())
 
     assert "as steeply as declared" not in alone.out
     soft = {"t": t, "rack": rack, "F_rack": SimulatedCar(k=4.7e6).force(rack)}
@@ -105,9 +100,7 @@ def test_a_car_without_a_speed_is_said_to_be_taken_to_stand(run: Run, car: Path,
     assert "and friction is told too high by up to that factor" in told or "usable in 0 %" in told
     assert "unknown: no speed is recorded, so that the car is taken to stand" in alone.out
     assert "no speed is recorded" not in run("estimate", *of_car, known).out
-    assert "1 of 2: no speed is recorded, so that the car is taken to stand" in " ".join(
-        both.out.split()
-    )
+    assert "1 of 2: no speed is recorded, so that the car is taken to stand" in both
 
 
 def test_a_log_that_is_not_there_is_a_cars(run: Run, car: Path) -> None:
@@ -119,9 +112,8 @@ def test_a_log_that_is_not_there_is_a_cars(run: Run, car: Path) -> None:
 
 def test_code_of_a_car(run: Run, car: Path) -> None:
     to = ["--out", "c", "--name", "grip"]
-    outcome = run("codegen", "--vehicle", car, "--observer", "ekf", *to)
 
-    assert outcome.status == 0
+    assert run("codegen", "--vehicle", car, "--observer", "ekf", *to).status == 0
     assert "grip_from_rack" in Path("c/grip_vehicle.h").read_text()
     for options in (["--torque", "M"], ["--ground", "ice"]):
         run("codegen", "--vehicle", car, *to, *options).refused("of a wheel on a rig; leave")
@@ -170,10 +162,8 @@ def test_messages_mend_the_log_of_an_assisted_car(run: Run) -> None:
     assert len(said) == 2, said
     assert "missing; there are Time, LWI_Winkel Lenkrad, EPS_TorsBarTrq, EPS_MotTrq" in said[0]
     assert "handwheel looks like deg; T_bar looks like mN m; handwheel and the torques" in said[1]
-    assert (
-        pasted[1]
-        == "t=Time,handwheel=-LWI_Winkel Lenkrad:deg,T_bar=EPS_TorsBarTrq:mNm,T_motor=EPS_MotTrq"
-    )
+    mended = "t=Time,handwheel=-LWI_Winkel Lenkrad:deg,T_bar=EPS_TorsBarTrq:mNm,T_motor=EPS_MotTrq"
+    assert pasted[1] == mended
     assert "usable in" in outcome.out
     assert 0.45 < float(outcome.out.partition("mu_eff = ")[2].split()[0]) < 0.55
 

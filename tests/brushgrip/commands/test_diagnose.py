@@ -100,9 +100,10 @@ def test_writes_everything(diagnose: Diagnose, asked: list[Any]) -> None:
     assert content["recordings"] == ["a", "b"]
     assert content["effects"][0]["name"] == "carcass_torsion"
     assert json.loads((out / "model.json").read_text())["effects"][0] == "carcass_torsion"
-    assert outcome.out.startswith(
+    ranked = (
         "candidates are ranked on 120 of 240 samples, thinned towards 0.02 s; the best are fitted to all"
     )
+    assert outcome.out.startswith(ranked)
     for words in (
         *("lacks compliance and contact shape (carcass", "assumed", "391.2 ± 4.2 N m/rad"),
         *("patch width", "note: a got worse", "report: new/out/report.html"),
@@ -125,9 +126,7 @@ def test_pictures_of_an_earlier_run_go_and_nothing_else(diagnose: Diagnose, aske
 
 
 @pytest.mark.usefixtures("no_report", "asked")
-def test_nothing_is_said_of_thinning_where_nothing_is_thinned(
-    diagnose: Diagnose, write_csv: Write
-) -> None:
+def test_nothing_is_said_of_thinning_where_none_is(diagnose: Diagnose, write_csv: Write) -> None:
     assert "ranked" not in diagnose(write_csv("sparse.csv", {"t": [0.02 * i for i in range(60)]})).out
 
 
@@ -152,9 +151,8 @@ def test_friction_takes_the_samples_that_the_search_takes(
         estimated.extend([*training, *holdout])
         enough()
 
-    monkeypatch.setattr(
-        "identification.reading.trimming_and_thinning.thin_recordings", lambda _: (thinned, None)
-    )
+    thinning = "identification.reading.trimming_and_thinning.thin_recordings"
+    monkeypatch.setattr(thinning, lambda _: (thinned, None))
     monkeypatch.setattr("brushgrip.report.diagnosis_folder.thinning_note", lambda _: "")
     search(lambda training, *_, **__: searched.extend(r.name for r in training))
     monkeypatch.setattr(assumed_and_found_friction, "friction_by_both_models", stop)
@@ -177,9 +175,8 @@ def diagnose_torque(
     M_z = columns["M_z"]
 
     def diagnosed(sensor: Callable[[Array, float], Array]) -> tuple[Outcome, str]:
-        outcome = diagnose(
-            write_csv("a.csv", columns | {"M_z": sensor(M_z, 0.6 * M_z.max())}), "b", "--jobs", 1
-        )
+        ended = write_csv("a.csv", columns | {"M_z": sensor(M_z, 0.6 * M_z.max())})
+        outcome = diagnose(ended, "b", "--jobs", 1)
         note, *_ = json.loads(Path("out/diagnosis.json").read_text())["notes"]
         return outcome, note
 
@@ -202,9 +199,7 @@ def test_what_looks_wrong_with_an_input_stands_in_every_result(
 
 
 @pytest.mark.usefixtures("no_drawing")
-def test_a_sensor_that_may_end_makes_no_result_void(
-    diagnose_torque: DiagnoseTorque, asked: list[Any]
-) -> None:
+def test_a_sensor_that_may_end_voids_nothing(diagnose_torque: DiagnoseTorque, asked: list[Any]) -> None:
     outcome, note = diagnose_torque(lambda M_z, top: top * np.tanh(M_z / top))
 
     assert asked

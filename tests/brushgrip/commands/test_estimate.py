@@ -36,9 +36,8 @@ def steered(write_csv: Write) -> Path:
 
 @pytest.fixture
 def estimate(run: Run, rig: Path) -> Run:
-    return lambda *arguments, observer="ekf", out="mu.csv": run(
-        "estimate", "--rig", rig, "--observer", observer, "--out", out, *arguments
-    )
+    usual = ("estimate", "--rig", rig, "--observer")
+    return lambda *given, observer="ekf", out="mu.csv": run(*usual, observer, "--out", out, *given)
 
 
 Table = dict[str, np.ndarray]
@@ -85,9 +84,8 @@ def test_friction_by_direction(estimated: Estimated, simulated: Path) -> None:
     write_model(model_error=error)
     directed = estimated(simulated, "--by-direction")["mu"]
     of_model = ("--by-direction", "--model", "model.json")
-    walking = [
-        estimated(simulated, *of_model, *walk)["mu_std"] for walk in ((), ("--tune", "mu_walk=0.1"))
-    ]
+    walks = ((), ("--tune", "mu_walk=0.1"))
+    walking = [estimated(simulated, *of_model, *walk)["mu_std"] for walk in walks]
 
     assert np.array_equal(*walking)
     # Both directions have a prior of their own: what is found forth says little of the way back.
@@ -285,23 +283,19 @@ def test_a_slope_that_contradicts_k_asks_for_its_tolerance(run: Run, simulated: 
     assert "k = { value = ..., tolerance = ... } in [tyre]" in outcome.out
 
 
-def test_a_unit_that_the_file_gives_is_not_asked_for(
-    estimate: Run, write_csv: Write, simulated: Path
-) -> None:
+def test_a_unit_of_the_file_is_not_asked_for(estimate: Run, write_csv: Write, simulated: Path) -> None:
     columns = table_of(simulated)
     geared = write_csv("geared.csv", {"psi": None, "psi [deg]": 15 * np.degrees(columns["psi"])} | {
         name: columns[name] for name in ("t", "M_z", "F_N")
     })  # fmt: skip
-    outcome = estimate(geared)
-    outcome.refused("degrees", "--map 'psi=1/15*psi:deg'", "with your steering ratio for 15")
+    estimate(geared).refused("degrees", "--map 'psi=1/15*psi:deg'", "with your steering ratio for 15")
 
 
 def test_one_map_mends_all_that_is_wrong(estimate: Run, write_csv: Write, simulated: Path) -> None:
     of = table_of(simulated)
     wrong = {"Zeit": of["t"], "psi": of["psi"], "Moment": -of["M_z"], "F_N": of["F_N"] / 1e3}
     path = write_csv("wrong.csv", dict.fromkeys(("t", "M_z")) | wrong)
-    outcome = estimate(path, "--map", "t=Zeit,M_z=Moment")
-    remedy = outcome.err.strip().partition("--map ")[2]
+    remedy = estimate(path, "--map", "t=Zeit,M_z=Moment").err.strip().partition("--map ")[2]
 
     assert remedy == "t=Zeit,M_z=-Moment,F_N=F_N:kN"
     assert estimate(path, "--map", remedy).status == 0
@@ -312,9 +306,8 @@ def test_a_time_in_ms_is_read_or_mended_by_the_map_that_is_handed_back(
     estimate: Run, write_csv: Write, simulated: Path, rig: Path, heading: str
 ) -> None:
     columns = table_of(simulated)
-    wrong = {"t": None, f'"{heading}"': 1e3 * columns["t"]} | {
-        n: columns[n] for n in ("psi", "M_z", "F_N")
-    }
+    wrong = {n: columns[n] for n in ("psi", "M_z", "F_N")} | {"t": None}
+    wrong = {f'"{heading}"': 1e3 * columns["t"]} | wrong
     path = write_csv("wrong.csv", wrong)
     outcome = estimate(path)
     option, line = (outcome.err.strip().partition(sign)[2] for sign in ("--map ", "in its place: "))
@@ -347,9 +340,8 @@ def test_without_a_file_to_write_the_line_suffices(
     line, budget, *more = outcome.out.splitlines()
     assert (outcome.status, line) == (0, told)
     assert [one.partition(", ")[0] for one in more] == ["run: load the same in every sample"]
-    assert budget.startswith(
-        "run: the band ± 0.16 is made of (the squares add up): noise and the model's error"
-    )
+    made_of = "run: the band ± 0.16 is made of (the squares add up): noise and the model's error"
+    assert budget.startswith(made_of)
     assert contents(tmp_path) == before
     for picture in ("only.png", "pictures/friction.PNG"):
         assert run("estimate", "--rig", rig, simulated, "--picture", picture).status == 0
@@ -376,9 +368,8 @@ def test_says_what_a_model_gives(estimate: Run, simulated: Path) -> None:
     write_model(basis={"training": 1, "holdout": 0, "grades": {}})
 
     told = estimate(simulated, "--model", "model.json").out
-    assert told.startswith(
-        "From model.json: k = 2.4·10⁶ N/m². It stands on 1 recording, nothing judged it."
-    )
+    gives = "From model.json: k = 2.4·10⁶ N/m². It stands on 1 recording, nothing judged it."
+    assert told.startswith(gives)
     # Nobody is sent to find a model who has one.
     or_find = "to narrow it, turn to and fro more often, or find what the model lacks"
     assert (or_find in told, or_find in estimate(simulated, out="declared.csv").out) == (False, True)
@@ -393,9 +384,8 @@ def test_a_load_outside_those_behind_the_model_is_told(
 ) -> None:
     write_model(basis={"training": 1, "holdout": 0, "grades": {}, "loads": loads})
     told = estimate(simulated, "--model", "model.json", "--summary", "all.csv").out
-    line = (
-        f"load more than a tenth outside the model's: 400 N, found at {loads[0]:.0f} to {loads[1]:.0f} N"
-    )
+    low, high = loads
+    line = f"load more than a tenth outside the model's: 400 N, found at {low:.0f} to {high:.0f} N"
 
     assert ("1 of 1: load more than a tenth outside the model's" in told) == is_told
     assert (line in Path("all.csv").read_text()) == is_told
@@ -410,9 +400,8 @@ def test_the_load_that_friction_belongs_to_is_told_where_it_changes_with_it(
     swinging = write_csv("swinging.csv", columns | {"F_N": load})
     for effect, is_told in (("load_dependent_friction.n", True), ("asymmetric_friction.ratio", False)):
         write_model({effect: 0.8})
-        (row,) = json.loads(
-            run("estimate", "--rig", rig, swinging, "--model", "model.json", "--json").out
-        )
+        outcome = run("estimate", "--rig", rig, swinging, "--model", "model.json", "--json")
+        (row,) = json.loads(outcome.out)
         assert row["last_usable"] is not None
         at = load[np.searchsorted(columns["t"], row["last_usable"])]
         told = f"by the model friction changes with the load: mu_eff is that at {at:.0f} N"
@@ -440,9 +429,8 @@ def test_a_part_of_a_recording(estimate: Run, simulated: Path, caplog: pytest.Lo
     assert "begins at 0.3 s with a torque of " in caplog.text
     origin = json.loads(Path("mu.provenance.json").read_text())
     assert origin["settings"]["span"] == [0.3, 0.49]
-    estimate(simulated, "--from", 0.3, "--to", 0.35).refused(
-        "5 samples from 0.3 to 0.35 s", "0 to 0.59 s"
-    )
+    short = estimate(simulated, "--from", 0.3, "--to", 0.35)
+    short.refused("5 samples from 0.3 to 0.35 s", "0 to 0.59 s")
 
 
 def test_the_angle_of_the_steering_wheel(
@@ -549,9 +537,7 @@ def test_a_sensor_that_gives_way_below_full_slide_is_told_unless_its_range_is_de
     assert "seems to end" not in declared
 
 
-def test_a_sensor_that_may_end_is_told_beside_why_friction_is_not_known(
-    estimate: Run, write_csv: Write
-) -> None:
+def test_a_sensor_that_may_end_is_told_beside_why_mu_is_unknown(estimate: Run, write_csv: Write) -> None:
     made = make_recording(580_003, mu=0.8)
     most = 0.3 * float(np.abs(made.M_z).max())
     columns = {name: getattr(made, name) for name in ("t", "psi", "F_N")}

@@ -27,9 +27,8 @@ def struck(tmp_path: Path) -> list[Path]:
 @pytest.fixture
 def rig(tmp_path: Path) -> Path:
     path = tmp_path / "rig.toml"
-    exact = re.sub(
-        r"^([ae]) = (\S+)", r"\1 = { value = \2, tolerance = 0 }", impact_rig_toml(), flags=re.M
-    )
+    toleranced = r"\1 = { value = \2, tolerance = 0 }"
+    exact = re.sub(r"^([ae]) = (\S+)", toleranced, impact_rig_toml(), flags=re.M)
     path.write_text(exact)
     return path
 
@@ -48,9 +47,8 @@ def test_identifies(run: Run, rig: Path, struck: list[Path]) -> None:
     assert found["tyre"]["k"]["tolerance"] / 3**0.5 == pytest.approx(content["k"]["std"], rel=1e-12)
     assert read_rig(written)[0].tolerances.k == found["tyre"]["k"]["tolerance"]
     assert found["rig"]["b_t"] == content["b_t"]["value"]
-    assert {key: found["rig"][key] for key in ("a", "e", "J_A")} == {
-        key: declared["rig"][key] for key in ("a", "e", "J_A")
-    }
+    for key in ("a", "e", "J_A"):
+        assert found["rig"][key] == declared["rig"][key]
     assert outcome.err == ""
     assert content["converged"] is True
     for name, true, unit in (("k", TYRE.k, "N/m^2"), ("b_t", B_T, "N m s/rad")):

@@ -45,9 +45,8 @@ def test_writes_the_path_and_what_it_tells(planning: PlanRun) -> None:
     # So that `simulate` takes it.
     assert (table["F_N"] == 400).all()
     assert np.abs(table["psi"]).max() <= 0.3
-    assert table["travel"] == pytest.approx(
-        np.cumsum(np.abs(np.diff(table["psi"], prepend=0))), abs=1e-5
-    )
+    turned = np.cumsum(np.abs(np.diff(table["psi"], prepend=0)))
+    assert table["travel"] == pytest.approx(turned, abs=1e-5)
     # The path ends soon after the last ground is known.
     assert max(table["deviation_01"][-1], table["deviation_08"][-1]) <= 0.05
     assert Path("p.png").read_bytes()[:4] == b"\x89PNG"
@@ -66,19 +65,16 @@ def test_says_the_path_in_the_angle_that_the_rig_file_maps(planning: PlanRun, ri
 
     begin, places, rest = re.split(" to | deg; that", mapped, maxsplit=2)
     assert begin == "turn channel Lenkwinkel"
-    assert [float(place) for place in places.split(", ")] == pytest.approx(
-        np.degrees(turns) / -0.07, abs=1.0
-    )
+    of_wheel = [float(place) for place in places.split(", ")]
+    assert of_wheel == pytest.approx(np.degrees(turns) / -0.07, abs=1.0)
     assert rest == f" turns the wheel, as below, {plain.removeprefix('turn ')}"
 
 
 def test_a_missed_target_has_the_digits_that_tell_it_from_the_deviation(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    reached, missed = (
-        {"travel": 0.1, "time": 1.0, "angle": 0.05},
-        dict.fromkeys(("travel", "time", "angle")),
-    )
+    reached = {"travel": 0.1, "time": 1.0, "angle": 0.05}
+    missed = dict.fromkeys(reached)
     grounds = [
         {"mu": 0.4, **reached, "deviation": 0.0498},
         {"mu": 0.1, **missed, "deviation": 0.0504},
@@ -141,8 +137,7 @@ def test_progress_is_told() -> None:
     told: list[tuple[str, int, int]] = []
     observer = observers.Ekf(model=Model(), values={"k": 2.4e6}, rig=Rig(a=0.045, e=0.009))
     limits = observers.SteeringLimits(angle=0.2, rate=0.3, time=2)
-    observers.plan(
-        observer, 0.2, limits, 400.0, mus=(0.8,), coarse=True, progress=lambda *now: told.append(now)
-    )
+    asked = {"mus": (0.8,), "coarse": True, "progress": lambda *now: told.append(now)}
+    observers.plan(observer, 0.2, limits, 400.0, **asked)
 
     assert [done for _, done, _ in told] == [*range(told[0][2])]

@@ -260,9 +260,8 @@ def test_what_cannot_be(run: Run, part: int) -> None:
 
 def refuse(run: Run, words: list[str], *message: str) -> None:
     before, (command, *given) = contents(Path()), words
-    line = (
-        given if command == "brushgrip" else [command, *with_defaults(DEFAULTS[command].split(), given)]
-    )
+    usual = [] if command == "brushgrip" else [command, *DEFAULTS[command].split()]
+    line = [*usual[:1], *with_defaults(usual[1:], given)]
     run(*line).refused(*message)
     assert contents(Path()) == before
 
@@ -307,9 +306,8 @@ def test_names_of_all_kinds(run: Run, name: str, tmp_path: Path) -> None:
 
     assert (outcome.status, outcome.err) == (0, "")
     assert outcome.out.count("\n") == 3
-    assert sorted(path.name for path in folder.iterdir()) == sorted(
-        ["e.csv", "e.png", "e.provenance.json", f"{name}.csv"]
-    )
+    written = ["e.csv", "e.png", "e.provenance.json", f"{name}.csv"]
+    assert sorted(path.name for path in folder.iterdir()) == sorted(written)
 
 
 def test_a_full_disk(run: Run) -> None:

@@ -92,10 +92,8 @@ def test_inputs_of_the_neural_network_are_angle_last_reversal_and_torque(recordi
 
 def test_inputs_of_the_correcting_network_hold_the_analytic_estimate(recording: Recording) -> None:
     rows = all_inputs(recording)
-    mu = run(
-        RootObserver(rig=recording.rig, k=recording.tyre.k),
-        *(recording.t, recording.psi, recording.F_N, recording.M_z),
-    ).mu
+    observer = RootObserver(rig=recording.rig, k=recording.tyre.k)
+    mu = run(observer, recording.t, recording.psi, recording.F_N, recording.M_z).mu
 
     np.testing.assert_array_equal(rows[:, :3], angle_and_torque_inputs(recording))
     np.testing.assert_array_equal(rows[:, ANALYTIC], mu)

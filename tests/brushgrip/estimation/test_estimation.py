@@ -57,9 +57,8 @@ def test_noise_and_rate_of_the_torque_channel(recording: Recording) -> None:
     def remedy(
         one: Recording, residual: Array, *, of_found: bool = False, aligning: Aligning | None = None
     ) -> str:
-        seen = SimpleNamespace(
-            status=np.full(t.size, int(Status.INCONSISTENT)), M_z_predicted=one.M_z - residual
-        )
+        status = np.full(t.size, int(Status.INCONSISTENT))
+        seen = SimpleNamespace(status=status, M_z_predicted=one.M_z - residual)
         observer, estimates = model_observer(Ekf, one, aligning=aligning), cast(Estimates, seen)
         return inconsistency_remedy(observer, one, estimates, of_found=of_found)
 
@@ -82,10 +81,8 @@ def test_noise_and_rate_of_the_torque_channel(recording: Recording) -> None:
 
 
 def test_the_weaker_direction_of_a_found_model_is_told() -> None:
-    told = {
-        r: weaker_direction_share_and_note({"k": 2e6, "asymmetric_friction.ratio": r})
-        for r in (0.85, 1.2, 1.01)
-    }
+    ratio = "asymmetric_friction.ratio"
+    told = {r: weaker_direction_share_and_note({"k": 2e6, ratio: r}) for r in (0.85, 1.2, 1.01)}
 
     assert told[0.85] == (pytest.approx(0.15 / 1.85), told[0.85][1])
     assert told[0.85][1].startswith("8 % less than mu_eff turning to positive psi: ")
@@ -162,9 +159,8 @@ def test_a_track_has_the_declared_friction_and_the_changes_of_the_ground(recordi
     status[[12, 40]] = Status.RESET | Status.REJECTED
     status[13] = Status.REJECTED
     mu_eff = np.where(np.arange(n) > 0, 0.9, np.nan)
-    estimates = make_estimates(
-        status, t=recording.t, usable=status == 0, mu_eff=mu_eff, mu_eff_std=np.full(n, 0.3)
-    )
+    seen = {"usable": status == 0, "mu_eff": mu_eff, "mu_eff_std": np.full(n, 0.3)}
+    estimates = make_estimates(status, t=recording.t, **seen)
     track = friction_track(ObserverName.EKF, recording, estimates, "assumed model")
 
     np.testing.assert_array_equal(track.changes, recording.t[[12, 40]])

@@ -136,9 +136,8 @@ def test_the_direction_is_exchanged_where_the_torque_opposes_the_motion(
     turn: float, M_z: float, flag: Status, way: str
 ) -> None:
     seen, i = rising(*[Status.USED] * 20), np.arange(20)
-    seen = replace(
-        seen, M_z_predicted=1.0 * (i < 15), status=np.where((i > 15) & (i < 18), int(flag), 0)
-    )
+    flags = np.where((i > 15) & (i < 18), int(flag), 0)
+    seen = replace(seen, M_z_predicted=1.0 * (i < 15), status=flags)
     psi, M_z = np.where(i > 15, turn, 0.0) - 0.01 * np.minimum(i, 14), np.where(i < 15, 1.0, M_z)
     row, _ = friction_of_directions(seen, psi, M_z, DirectionalFriction())
 

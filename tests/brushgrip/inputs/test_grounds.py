@@ -67,9 +67,7 @@ def first_torque(path: Path) -> float:
     return float(np.loadtxt(path, delimiter=",", skiprows=1)[1, 1])
 
 
-def test_simulate_takes_the_values_of_the_ground(
-    run: Run, write_csv: Write, rig: Path, model: Path
-) -> None:
+def test_simulate_takes_values_of_the_ground(run: Run, write_csv: Write, rig: Path, model: Path) -> None:
     labelled = write_csv("labelled.csv", top="# ground = emery\n")
     out = Path("out.csv")
     torques, texts = [], []
@@ -119,8 +117,7 @@ def test_estimate_says_whose_values_it_takes(run: Run, write_csv: Write, rig: Pa
 def test_live_says_whose_values_it_takes(
     rig: Path, model: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    source_and_estimator(
-        "-", gather_inputs(rig=rig, model=model), observer_factory(ObserverName.EKF), ground="ice"
-    )
+    inputs = gather_inputs(rig=rig, model=model)
+    source_and_estimator("-", inputs, observer_factory(ObserverName.EKF), ground="ice")
 
     assert capsys.readouterr().out == "ice is unknown: mean of steel and emery\n"

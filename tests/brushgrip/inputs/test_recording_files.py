@@ -67,9 +67,8 @@ class TestLocate:
         message = refused(locate_recording, "fem9")
         for place in ("here", " data", str(download_folder()), "brushgrip fetch"):
             assert place in message
-        assert refused(locate_recording, str(tmp_path / "fem9")).endswith(
-            f"looked for fem9, fem9.mat, fem9.csv and fem9.txt in {tmp_path}"
-        )
+        looked = f"looked for fem9, fem9.mat, fem9.csv and fem9.txt in {tmp_path}"
+        assert refused(locate_recording, str(tmp_path / "fem9")).endswith(looked)
 
 
 @pytest.mark.parametrize(
@@ -206,9 +205,8 @@ def test_an_output_is_known_as_an_input(folder: Path, spelling: str) -> None:
 
 
 def test_another_file_of_the_same_name_may_be_written(folder: Path) -> None:
-    refuse_overwriting(
-        [Path("sub/good.csv"), Path("nosub/good.csv"), Path("new.csv")], [Path("good.csv")]
-    )
+    written = [Path("sub/good.csv"), Path("nosub/good.csv"), Path("new.csv")]
+    refuse_overwriting(written, [Path("good.csv")])
     # What a link leads to counts, not how it reads.
     (folder / "sub" / "deep").mkdir()
     (folder / "far").symlink_to(folder / "sub" / "deep")

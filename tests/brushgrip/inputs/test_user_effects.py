@@ -134,10 +134,8 @@ def test_a_model_file_with_an_own_effect_simulates_and_estimates(
 def test_what_an_effect_prints_does_not_spoil_json(
     run: Run, write_csv: Write, rig: Path, here: Path
 ) -> None:
-    text = (here / "own_stop.py").read_text()
-    (here / "own_loud.py").write_text(
-        "print('imported')\n" + text.replace("return", "print('hook'); return")
-    )
+    loud = (here / "own_stop.py").read_text().replace("return", "print('hook'); return")
+    (here / "own_loud.py").write_text(f"print('imported')\n{loud}")
     out = Path("out.csv")
     outcome = run("simulate", write_csv(), "--rig", rig, "--effects", "own_loud", "--out", out, "--json")
 
@@ -159,10 +157,8 @@ def test_nothing_is_imported_because_a_model_file_says_so(
 
 def test_code_is_generated_with_an_own_effect(run: Run, rig: Path, model: Path) -> None:
     out = Path("c")
-    outcome = run(
-        *("codegen", "--rig", rig, "--observer", "ekf", "--real", "double", "--name", "grip"),
-        *("--model", model, "--effects", "own_stop", "--out", out),
-    )
+    usual = ("codegen", "--rig", rig, "--observer", "ekf", "--real", "double", "--name", "grip")
+    outcome = run(*usual, "--model", model, "--effects", "own_stop", "--out", out)
 
     assert outcome.status == 0, outcome.err
     assert "stop.c" in (out / "grip.json").read_text()
@@ -177,8 +173,7 @@ def test_code_is_generated_with_an_own_effect(run: Run, rig: Path, model: Path) 
     ],
 )
 def test_an_effect_that_cannot_work_is_told(here: Path, change: tuple[str, str], words: str) -> None:
-    text = MODULE.format(kind="Odd", name="odd").replace(*change)
-    (here / "own_odd.py").write_text(text)
+    (here / "own_odd.py").write_text(MODULE.format(kind="Odd", name="odd").replace(*change))
     message = refused(names, "own_odd")
 
     assert words in message
@@ -186,13 +181,10 @@ def test_an_effect_that_cannot_work_is_told(here: Path, change: tuple[str, str],
 
 
 def test_a_torque_of_memory_is_enough(here: Path) -> None:
-    text = MODULE.format(kind="Slow", name="slow").replace(
-        "torque(self, signals", "torque_of_memory(self, m"
-    )
-    text = text.replace("signals.psi / signals.psi", "m").replace(
-        "    def ",
-        "    memory: int = 1\n\n    def initial(self, signals):\n        return 0\n\n    def ",
-    )
+    slow = MODULE.format(kind="Slow", name="slow")
+    text = slow.replace("torque(self, signals", "torque_of_memory(self, m")
+    remembers = "    memory: int = 1\n\n    def initial(self, signals):\n        return 0\n\n    def "
+    text = text.replace("signals.psi / signals.psi", "m").replace("    def ", remembers)
     (here / "own_slow.py").write_text(text)
 
     assert [effect.remembers_torque for effect in import_user_effects(["own_slow"])] == [True]

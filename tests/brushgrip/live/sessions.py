@@ -34,9 +34,8 @@ def session_of(
     """A session on a source; options of `gather_inputs`, and speed."""
     speed = options.pop("speed", 1.0)
     inputs = gather_inputs(**({"rig": RIG} | options))
-    opened, estimator = source_and_estimator(
-        spec, inputs, observer_factory(ObserverName(observer)), speed=speed
-    )
+    observers = observer_factory(ObserverName(observer))
+    opened, estimator = source_and_estimator(spec, inputs, observers, speed=speed)
     return Session(opened, estimator, record=record)
 
 

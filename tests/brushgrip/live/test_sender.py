@@ -17,9 +17,8 @@ from tests.brushgrip.live.sessions import RIG, state_of
 
 
 def state(mu: float, std: float, *, usable: bool = True, status: Status = Status.USED) -> State:
-    estimate = Estimate(
-        mu=mu, mu_std=std, mu_eff=mu, mu_eff_std=std, M_z_predicted=0.0, informed=True, status=status
-    )
+    of_mu = {"mu": mu, "mu_std": std, "mu_eff": mu, "mu_eff_std": std}
+    estimate = Estimate(**of_mu, M_z_predicted=0.0, informed=True, status=status)
     return state_of(estimate, usable=usable)
 
 

@@ -91,9 +91,7 @@ def test_says_what_estimate_says_of_the_recording(observer: str, spoil: bool) ->
 
 
 @pytest.mark.parametrize("name", ["live.mf4", "LIVE.MF4"])
-def test_a_recording_in_mdf_says_the_same_and_has_units(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_recording_in_mdf_is_the_same_with_units(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     asammdf = pytest.importorskip("asammdf", reason="needs brushgrip[mdf]")
     monkeypatch.setattr("brushgrip.live.recorder.GROUP", 100)
     # Times of a file count from its first sample unless it says where they begin.
@@ -112,9 +110,8 @@ def test_a_recording_of_another_format_is_refused_before_the_source_is_opened(
     run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     named = ("live", "udp:5005", "--rig", RIG, "--no-page", "--record")
-    run(*named, "run.csv").refused(
-        "run.csv: a recording is Parquet or MDF4; end its name in .parquet or .mf4"
-    )
+    formats = "run.csv: a recording is Parquet or MDF4; end its name in .parquet or .mf4"
+    run(*named, "run.csv").refused(formats)
     monkeypatch.setitem(sys.modules, "asammdf", None)
     run(*named, "run.mf4").refused("pip install 'brushgrip[mdf]'")
 
@@ -241,13 +238,10 @@ def test_an_old_estimate_is_not_usable() -> None:
     assert session.state().status == "no sample for 1 s"
 
 
-def test_a_torque_that_seems_to_end_by_its_sensor_is_told_unless_its_range_is_declared(
-    tmp_path: Path,
-) -> None:
+def test_a_torque_that_seems_to_end_by_its_sensor_is_told_unless_its_range_is_declared() -> None:
     made = make_recording(590_021, mu=0.8, duration=14.0, bristles=500)
-    columns = zip(made.t, made.psi, made.F_N, 2.0 * np.tanh(made.M_z / 2.0), strict=True)
-    rows = [dict(zip(("t", "psi", "F_N", "M_z"), map(float, row), strict=True)) for row in columns]
-    declared = tmp_path / "rig.toml"
+    rows = rows_by_column(t=made.t, psi=made.psi, F_N=made.F_N, M_z=2.0 * np.tanh(made.M_z / 2.0))
+    declared = Path("rig.toml")
     declared.write_text(f"{RIG.read_text()}[sensor]\nrange = 1.0\n")
     soft, straight = (run_to_end(session_over(rows, rig=rig)).state().note for rig in (RIG, declared))
     assert soft.startswith("the torque seems to end at 2 N m")
@@ -284,8 +278,7 @@ def test_a_rate_of_the_other_sign_is_never_usable() -> None:
     rate = np.gradient([row["psi"] for row in rows], 0.01)
     for row, psi_dot in zip(rows, rate.tolist(), strict=True):
         row["psi_dot"] = -psi_dot
-    session = run_to_end(session_over(rows, Path("run.parquet")))
-    state = session.state()
+    state = run_to_end(session_over(rows, Path("run.parquet"))).state()
 
     assert "psi_dot is -1 times the derivative of psi" in state.status
     assert "friction was never usable" in state.status
@@ -494,9 +487,8 @@ def test_the_end_of_a_source_is_no_dead_sensor() -> None:
     assert state.status == "the source has ended: friction was never usable"
     assert usability_of(state) == "ended"
     store(session, KNOWN, t=1.5)
-    assert (
-        session.state().status == "the source has ended: friction was 0.80 ± 0.20 at 1.5 s, last usable"
-    )
+    last = "the source has ended: friction was 0.80 ± 0.20 at 1.5 s, last usable"
+    assert session.state().status == last
 
 
 def test_the_end_of_a_source_tells_no_friction_that_what_follows_contradicts() -> None:

@@ -62,9 +62,8 @@ def test_units_below_a_header_are_units(units: str) -> None:
     for _ in range(2):
         assert parse(header) is None
         assert parse(units) is None
-        assert of(parse(row) or {}) == pytest.approx(
-            {"t": 0.5, "psi": math.pi / 2, "M_z": -1.0, "F_N": 560.0}
-        )
+        wanted = {"t": 0.5, "psi": math.pi / 2, "M_z": -1.0, "F_N": 560.0}
+        assert of(parse(row) or {}) == pytest.approx(wanted)
     # Only there: elsewhere such a row is no number.
     with pytest.raises(ValueError, match="a field is not a number"):
         parse("ms,deg,,kN".replace(",", delimiter))
@@ -165,9 +164,8 @@ def test_columns_by_a_map_and_what_is_missing() -> None:
         "t": 0.02, "psi": math.pi, "M_z": -3.0, "F_N": 500.0,
     }  # fmt: skip
     assert mapped({"time": 30.0, "Load": 0.4}) == {"t": 0.03, "F_N": 400.0}
-    with pytest.raises(
-        InvalidInputError, match=r"M_z, F_N missing; .*; say which is which, such as --map M_z=Moment"
-    ):
+    missing = r"M_z, F_N missing; .*; say which is which, such as --map M_z=Moment"
+    with pytest.raises(InvalidInputError, match=missing):
         columns()({"t": 1.0, "psi": 2.0, "Moment": 3.0})
     car = columns(car=True)({"t": 1.0, "handwheel": 0.5, "T_bar": 2.0, "speed": 0.0, "psi": 9.0})
     assert car == {"t": 1.0, "handwheel": 0.5, "T_bar": 2.0, "speed": 0.0}
@@ -265,9 +263,8 @@ def test_multiplexed_signals_of_a_message_make_a_sample(can_bus: tuple[CanSource
     np.testing.assert_allclose([row["psi"] for row in rows], [0.0, 0.1, 0.2], rtol=1e-15)
 
 
-APART = DBC.replace(
-    "BO_ 292", 'BO_ 293 Motion2: 2 rig\n SG_ Angle2 : 0|16@1- (0.01,0) [0|0] "deg" rig\nBO_ 292'
-)
+ANOTHER = 'BO_ 293 Motion2: 2 rig\n SG_ Angle2 : 0|16@1- (0.01,0) [0|0] "deg" rig\n'
+APART = DBC.replace("BO_ 292", f"{ANOTHER}BO_ 292")
 
 
 @pytest.mark.parametrize("can_bus", [(APART, "psi=Angle2,M_z=Torque.Mz,F_N=Load")], indirect=True)

@@ -32,9 +32,8 @@ def test_progress_elsewhere_than_on_a_terminal(
 
     captured = capsys.readouterr()
     assert captured.out == ""
-    assert captured.err == (
-        "trying: 2 of 5, 10 s so far, about 14 s left in this step\ntrying: 4 of 5, 21 s so far\n"
-    )
+    steps = "trying: 2 of 5, 10 s so far, about 14 s left in this step\ntrying: 4 of 5, 21 s so far\n"
+    assert captured.err == steps
 
 
 def test_bar_and_count_stay_at_80_columns(

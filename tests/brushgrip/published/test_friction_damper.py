@@ -100,9 +100,8 @@ def test_runs_beside_a_local_copy(monkeypatch: pytest.MonkeyPatch) -> None:
     damaged = whole.replace(b"descr", b"\xff" * 5)
     for content in (b"no archive", b"", whole[:-30], whole[:60], damaged):
         path.write_bytes(content)
-        with pytest.raises(
-            InvalidInputError, match=r"harmonic_00.npz: is no run of the friction damper"
-        ):
+        said = r"harmonic_00.npz: is no run of the friction damper"
+        with pytest.raises(InvalidInputError, match=said):
             fetched(Path("elsewhere"))
 
 
@@ -123,9 +122,7 @@ def test_arrays_of_another_shape_are_refused(
         ("step0.03ea1forward", "dataset-4/step0.03ea1forward", 8),
     ],
 )
-def test_runs_in_inches_and_kips(
-    name: str, place: str, columns: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_inches_and_kips(name: str, place: str, columns: int, monkeypatch: pytest.MonkeyPatch) -> None:
     address, published = digests(friction_damper.PULLED_REGISTRY)
     assert tuple(published) == (*friction_damper.CONSTANT, *friction_damper.CHANGED)
     assert address.endswith("/0e09aa9d950760277e31c08cd93fd01f39a5af09")
@@ -135,9 +132,8 @@ def test_runs_in_inches_and_kips(
     Path("runs.txt").write_text(f"{ADDRESS}\n{name} {channels_digest(channels)}\n")
     monkeypatch.setattr(friction_damper, "PULLED_REGISTRY", Path("runs.txt"))
     content = json.dumps({"data": table.tolist()})
-    serve(
-        monkeypatch, {f"{ADDRESS}/data/{place}.json": content}, lambda path, text: path.write_text(text)
-    )
+    address = f"{ADDRESS}/data/{place}.json"
+    serve(monkeypatch, {address: content}, lambda path, text: path.write_text(text))
 
     (path,) = friction_damper.fetch_changed_friction(Path("out"))
 

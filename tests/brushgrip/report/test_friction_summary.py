@@ -8,6 +8,7 @@ import pytest
 from brushgrip.report.friction_summary import (
     last_usable_friction,
     load_trend_in_words,
+    note_on_highest_loads,
     settling_and_coverage_rows,
     usable_until,
 )
@@ -81,6 +82,26 @@ def test_friction_that_goes_with_the_load_is_told_where_chance_hardly_orders_it_
     )
     unnamed = replace(outcome, grounds={"": (*names, *both["snow"])})
     assert load_trend_in_words(unnamed, replace(diagnosis, series=series)) == ""
+
+
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [
+        ("de", True),
+        ("ed", True),
+        ("ce", False),
+        ("e", False),
+        ("abcde", False),
+        ("ex", False),
+        ("", False),
+    ],
+)
+def test_recordings_of_the_highest_loads_are_told_to_be_these(names: str, told: bool) -> None:
+    diagnosis = make_diagnosis(tuple("abcde"), ())
+    loads = tuple(replace(one, F_N=one.F_N + 10 * i) for i, one in enumerate(diagnosis.series))
+
+    assert bool(note_on_highest_loads(replace(diagnosis, series=loads), names)) is told
+    assert note_on_highest_loads(diagnosis, names) == "", "all alike"
 
 
 def test_an_order_of_very_many_recordings_has_a_chance_too(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -164,7 +164,8 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     ]
     clear = replace(graded, unexplained=replace(graded.unexplained, present=False))
     assert next_steps(clear, known)[0].startswith(
-        "record what stands under “Next recording”, which tells carcass torsion from patch width (A, "
+        "record what stands under “Next recording”, which tells carcass torsion from patch width ("
+        "recording A, "
     )
     nothing = replace(clear, effects=())
     assert next_steps(nothing, known) == ["nothing; no further recording is needed to find the model"]
@@ -206,8 +207,8 @@ def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
 
     assert band_caveats(diagnosis) == [
         "Assumed, as nobody declared a tolerance: half-length a ± 2 mm, caster e (kingpin to"
-        " contact) ± 2 mm, load ± 2 %, tread stiffness k ± 20 % around the value found. The ± counts the"
-        " tolerances."
+        " contact) ± 2 mm, load ± 2 %, tread stiffness k (how steeply the torque rises) ± 20 % of its"
+        " fitted value. The ± of friction covers errors of this size, no larger ones."
     ]
     text = mail(diagnosis, make_outcome("c", tracks=TRACKS))
     assert band_caveats(diagnosis)[0] in text
@@ -217,7 +218,7 @@ def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
     )
     assert notes_beside(diagnosis, text) == ["c got worse"]
     assert notes_beside(diagnosis, "") == [note, "c got worse"]
-    assert band_caveats(make_diagnosis())[0].startswith("The ± counts the tolerances")
+    assert band_caveats(make_diagnosis())[0].startswith("The ± of friction covers the tolerances")
     beyond = replace(diagnosis, notes=(f"{BEYOND_RANGE}, so", f"{MAY_END}: c"))
     assert band_caveats(beyond)[:2] == [
         f"{BEYOND_RANGE[:1].upper()}{BEYOND_RANGE[1:]}, so.",
@@ -349,11 +350,11 @@ def test_what_measuring_brings_is_of_what_is_measured_and_of_its_ground() -> Non
     for value, brought in (
         (
             "load ± 2 %",
-            "load, and declare their tolerances, which are assumed so far; that lowers ± 0.10 to",
+            "load, and declare their tolerances; that lowers ± 0.10 to",
         ),
         (
             "tread stiffness k ± 20 %",
-            "tread stiffness k, and declare their tolerances, which are assumed so far",
+            "tread stiffness k, and declare their tolerances",
         ),
     ):
         diagnosis = replace(make_diagnosis(), notes=(f"{ASSUMED}: {value}",))

@@ -161,7 +161,7 @@ def test_the_first_screen_says_what_friction_is() -> None:
     assert "Valid for: A wheel that stands still" in first
     assert "not for driving speed" in first
     assert "in 1 recording to which no shared value was fitted, but by" in first
-    assert "(4.30 % with its stiffness k refitted), by 2.37 % by the model found, in" in first
+    assert "by 4.30 % with only its stiffness k fitted, by 2.37 % by the model found, in" in first
     assert (
         "friction and torque offset, and lengths and load within their tolerances, fitted to each"
         in first
@@ -223,8 +223,11 @@ def test_page_says_what_judges(training: int, holdout: int, words: str) -> None:
 
 @pytest.mark.usefixtures("no_drawing")
 def test_page_says_of_which_recordings_residuals_are_shown() -> None:
-    assert "The picture shows 3 of 5 recordings." in text_of(make_diagnosis())
-    assert "The picture shows" not in text_of(make_diagnosis(holdout=("held_c",)))
+    room = "There is room for 3 of 5 recordings (chosen first: those for validation)."
+    assert room in text_of(make_diagnosis())
+    assert "There is room" not in text_of(make_diagnosis(holdout=("held_c",)))
+    names = ("train_a", "train_b", "train_c", "train_d")
+    assert "(chosen first: a typical one)" in text_of(make_diagnosis(names, ()))
 
 
 @pytest.mark.usefixtures("no_drawing")

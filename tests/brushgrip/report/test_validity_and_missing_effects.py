@@ -11,6 +11,7 @@ from brushgrip.report.validity_and_missing_effects import (
     error_to_quote,
     friction_over_speed,
     missing_effects,
+    summary_of,
 )
 from brushgrip.wording.formatting import percent
 from identification import Curve, FoundFamily
@@ -62,11 +63,16 @@ def test_which_way_friction_goes_with_speed_is_that_of_the_fitted_curve(
     diagnosis = replace(make_diagnosis(), families=(family,))
     found = replace(diagnosis.effects[0], name="rate_friction", family=name, indistinguishable_from=())
 
+    creep = replace(found, parameters={"c": next(iter(found.parameters.values()))})
+
     assert friction_over_speed(diagnosis) == told
-    assert missing_effects(replace(diagnosis, effects=(found,))) == [
+    assert missing_effects(replace(diagnosis, effects=(creep,))) == [
         f"(a) F{told[1:]} (likely, not proven).",
         "(b) An error beyond noise remains that no effect explains.",
     ]
+    tied = "(2.3 c μ) for each" in summary_of(replace(diagnosis, effects=(creep,)), creep)
+    assert tied == ("for each" in told)
+    assert "2.3 c" not in summary_of(replace(diagnosis, effects=(creep, creep)), creep), "of both laws"
     # What may be another effect of the model is not clear.
     open_one = replace(found, grade="ambiguous")
     first, _ = missing_effects(replace(diagnosis, effects=(open_one,)))
@@ -77,25 +83,36 @@ def test_the_assumed_model_has_its_own_error_where_nothing_was_found() -> None:
     diagnosis = make_diagnosis(("a", "b"), ("c",), found=False)
     first = error_to_quote(diagnosis)
     declared = percent(diagnosis.declared.summary()["holdout_torque_nrmse"])
-    assert f" off by {declared} of its range by the assumed model (4" in first
+    assert f" off by {declared} of its range by the assumed model as given, by 4" in first
     assert "by the model found" not in first
+    left_out = make_diagnosis(("a", "b"), ())
+    left_out = replace(left_out, declared=replace(left_out.declared, left_out={}))
+    assert error_to_quote(left_out).startswith(
+        "The calculated torque is off by 4.05 % of its range by the assumed model with only its"
+    )
 
 
 @pytest.mark.parametrize(
     ("odd", "ratios", "told"),
     [
-        (1, {}, "A correction that is no finding (carcass torsion) stands in for it. Even so"),
+        (
+            1,
+            {},
+            "A correction that is no finding (carcass torsion) stands in for it, and the command"
+            " estimate with model.json uses it too. Even so",
+        ),
         (
             1,
             {"": 1.1},
-            "stands in for it; without it friction above would be 10 % higher, but the cause itself may",
+            "uses it too; without it friction would be 10 % higher than told, but the cause itself may"
+            " change it by more than that. Even so",
         ),
         (
             2,
             {"steel": 0.96, "ice": 1.001, "snow": 0.957},
-            "Corrections that are no findings (carcass torsion and stribeck) stand in for it; without"
-            " them friction above would be 4 % lower on steel and snow and the same on ice, but the"
-            " cause itself may change it by more. Even so",
+            "Corrections that are no findings (carcass torsion and stribeck) stand in for it, and"
+            " the command estimate with model.json uses them too; without them friction would be 4 %"
+            " lower than told on steel and snow and as told on ice, but the",
         ),
     ],
 )
@@ -110,3 +127,26 @@ def test_how_much_of_friction_rests_on_stand_ins(odd: int, ratios: dict[str, flo
     diagnosis = replace(diagnosis, effects=(clear, *others), unexplained=left)
 
     assert told in " ".join(missing_effects(diagnosis, make_outcome(without_stand_ins=ratios)))
+
+
+def test_what_belongs_to_a_recording_is_not_said_to_be_used_by_estimate() -> None:
+    diagnosis = make_diagnosis()
+    torsion, offset = (replace(effect, grade="stands_in") for effect in diagnosis.effects)
+    clear = replace(torsion, name="rate_friction", grade="strong", indistinguishable_from=())
+    both, one = (
+        missing_effects(replace(diagnosis, effects=(clear, *odd)), make_outcome())[1]
+        for odd in ((torsion, offset), (offset,))
+    )
+
+    assert "estimate with model.json uses only carcass torsion." in both
+    assert "estimate with model.json does not use it." in one
+
+
+def test_what_is_left_where_everything_of_a_recording_is_fitted_is_told() -> None:
+    diagnosis = make_diagnosis()
+    bare = replace(diagnosis.after, unrefitted=diagnosis.after.nrmse)
+    left = percent(diagnosis.after.summary()["holdout_torque_nrmse"])
+
+    told = error_to_quote(replace(diagnosis, after=bare))
+    assert f", fitted to each, {left} is left: the rest does not repeat from recording to record" in told
+    assert "is left" not in error_to_quote(diagnosis)

@@ -20,9 +20,8 @@ pytestmark = pytest.mark.usefixtures("interpreted", "blank_pictures")
 
 @pytest.fixture
 def estimate(run: Run, rig: Path) -> Run:
-    return lambda *arguments: run(
-        "estimate", "--rig", rig, "--observer", "root", *arguments, "--jobs", 1
-    )
+    usual = ("estimate", "--rig", rig, "--observer", "root")
+    return lambda *arguments: run(*usual, *arguments, "--jobs", 1)
 
 
 Columns = dict[str, np.ndarray]
@@ -107,9 +106,8 @@ def test_a_bad_recording_does_not_keep_the_others(estimate: Run, write_csv: Writ
 def test_a_remark_on_files_is_made_of_the_first(
     estimate: Run, write_csv: Write, caplog: pytest.LogCaptureFixture
 ) -> None:
-    paths = [
-        write_csv(f"{n}.csv", {"F_N_kN": np.full(60, load)}) for n, load in (("a", 0.4), ("b", 0.5))
-    ]
+    loads = {"a.csv": 0.4, "b.csv": 0.5}
+    paths = [write_csv(name, {"F_N_kN": np.full(60, load)}) for name, load in loads.items()]
     for _ in range(2):
         caplog.clear()
         estimate(*paths, "--map", "F_N=F_N_kN")
@@ -118,8 +116,7 @@ def test_a_remark_on_files_is_made_of_the_first(
 
 
 def test_a_name_is_no_formula_to_a_spreadsheet(estimate: Run, write_csv: Write) -> None:
-    path = write_csv("=cmd|calc!A1.csv")
-    estimate(path, "--summary", "table.csv", "--ground", "@ice")
+    estimate(write_csv("=cmd|calc!A1.csv"), "--summary", "table.csv", "--ground", "@ice")
     (row,) = rows_of(Path("table.csv")).values()
 
     assert (row["recording"], row["ground"]) == ("'=cmd|calc!A1", "'@ice")
@@ -198,17 +195,14 @@ def test_a_wheel_that_hardly_turned_is_told_so_and_no_unit_of_the_torque(
 
 
 def test_a_summary_of_one(estimate: Run, write_csv: Write) -> None:
-    outcome = estimate(write_csv("a.csv"), "--summary", "table.csv", "--json")
-    (row,) = json.loads(outcome.out)
+    (row,) = json.loads(estimate(write_csv("a.csv"), "--summary", "table.csv", "--json").out)
 
     assert list(rows_of(Path("table.csv"))) == ["a"]
     assert (row["recording"], row["mu_std"]) == ("a", None)
     assert row["inconsistent"] == 0
 
 
-def test_a_scheduler_that_is_not_there(
-    run: Run, write_csv: Write, rig: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_scheduler(run: Run, write_csv: Write, rig: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     command = ["estimate", write_csv(), "--rig", rig, "--summary", "t.csv"]
 
@@ -229,15 +223,12 @@ def test_tunings_value_by_value() -> None:
 def test_a_ground_is_told_after_its_recordings(
     estimate: Run, write_csv: Write, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(
-        "brushgrip.wording.recording_remarks.friction_of_grounds", lambda _: ["note on ice"]
-    )
+    grounds = "brushgrip.wording.recording_remarks.friction_of_grounds"
+    monkeypatch.setattr(grounds, lambda _: ["note on ice"])
     printed = estimate(write_csv("a.csv"), write_csv("b.csv")).out
 
-    assert (
-        "\nnote on ice\nestimated 2 of 2 recordings; friction is known of 0\n2 of 2: not known: "
-        in printed
-    )
+    counted = "\nnote on ice\nestimated 2 of 2 recordings; friction is known of 0\n2 of 2: not known: "
+    assert counted in printed
 
 
 def test_a_ground_is_told_from_its_usable_recordings_and_for_each_direction_by_itself() -> None:
@@ -246,9 +237,8 @@ def test_a_ground_is_told_from_its_usable_recordings_and_for_each_direction_by_i
     rest += [known[0], {"ground": "", "mu_eff": "", "mu_eff_std": ""}, {**known[0], "ground": "snow"}]
 
     # 4.3027 * 0.1 * sqrt(4 / 3), by the table of Student's t.
-    assert friction_of_grounds([*known, *rest]) == [
-        "ice: mu_eff up to 0.70 for a further recording, from 3 of 5 recordings"
-    ]
+    told = ["ice: mu_eff up to 0.70 for a further recording, from 3 of 5 recordings"]
+    assert friction_of_grounds([*known, *rest]) == told
     rows = [
         {"ground": "ice", "direction": "positive", "mu_eff": mu, "mu_eff_std": 0.0}
         | {"mu_eff_positive": 0.2, "mu_eff_std_positive": 0.0, "mu_eff_negative": mu}

@@ -24,15 +24,9 @@ def ended(repository_root: Path, tmp_path: Path) -> Ended:
     """Runs a program; returns exit status, standard output and standard error."""
 
     def run(code: str) -> tuple[int, str, str]:
-        process = subprocess.run(
-            [sys.executable, "-c", HEARS + code],
-            cwd=tmp_path,
-            env={"PYTHONPATH": f"{repository_root}:{tmp_path}", "PATH": ""},
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=60,
-        )
+        paths = {"PYTHONPATH": f"{repository_root}:{tmp_path}", "PATH": ""}
+        command, told = [sys.executable, "-c", HEARS + code], {"capture_output": True, "text": True}
+        process = subprocess.run(command, cwd=tmp_path, env=paths, check=False, timeout=60, **told)
         return process.returncode, process.stdout, process.stderr
 
     return run

@@ -8,7 +8,8 @@ from brushgrip.wording.recording_remarks import (
     recording_remark,
     remark_counts,
     remark_heads,
-    with_early_ends,
+    usual_duration,
+    with_early_end,
 )
 from observers import Status
 from tests.brushgrip.factories import rising
@@ -52,14 +53,15 @@ def test_few_recordings_with_a_remark_are_named_and_those_that_end_early() -> No
         {"recording": "shorter", "duration": 0.2, "remark": ""},
         {"recording": "broken", "duration": "", "remark": ""},
     ]
-    told = {row["recording"]: row["remark"] for row in with_early_ends(rows)}
+    told = [with_early_end(row, usual_duration([14.0] * 20 + [0.59, 0.2])) for row in rows]
+    remarks = {row["recording"]: row["remark"] for row in told}
 
-    assert told["short"] == "it lies | ends early, after 0.59 s: half of all last 14 s or more"
-    assert told["shorter"] == "ends early, after 0.2 s: half of all last 14 s or more"
-    assert (told["b00"], told["b10"], told["broken"]) == ("not known: no", "", "")
-    counts = remark_counts(with_early_ends(rows), named=True)
+    assert remarks["short"] == "it lies | ends early, after 0.59 s: half of all last 14 s or more"
+    assert remarks["shorter"] == "ends early, after 0.2 s: half of all last 14 s or more"
+    assert (remarks["b00"], remarks["b10"], remarks["broken"]) == ("not known: no", "", "")
+    counts = remark_counts(told, named=True)
     ten = ", ".join(f"b{i:02}" for i in range(10))
     assert counts.startswith(f"10 of 23: not known: no ({ten}); 2 of 23: ends early (short, shorter); ")
     rows[10]["remark"] = "not known: no"
     assert remark_counts(rows, named=True).startswith("11 of 23: not known: no; 1 of")
-    assert with_early_ends(rows[-3:])[0]["remark"] == "it lies", "of two lengths"
+    assert usual_duration([0.59, 0.2]) == 0, "of two lengths"

@@ -57,9 +57,8 @@ def test_a_return_torque_is_told_by_its_sign_with_the_key_that_has_it(tmp_path: 
     (note,) = (note for note in found.notes if note.startswith("jacking"))
     inclination = float(re.search(r"beyond its tolerance; inclination = ([\d.]+) in", note)[1])
 
-    assert (
-        effect.summary == f"a return torque {'more' if sign > 0 else 'less'} than the declared kingpin's"
-    )
+    more_or_less = "more" if sign > 0 else "less"
+    assert effect.summary == f"a return torque {more_or_less} than the declared kingpin's"
     assert inclination == pytest.approx(other.inclination, abs=0.02)
     assert effect.grade in ("weak", "stands_in")
     assert note.endswith("have a second log confirm it before you declare it")

@@ -139,10 +139,10 @@ def test_what_its_files_hold(found: Diagnosis, tmp_path: Path) -> None:
     assert family == {
         "name": "sensor and steering", "effects": ["sensor_delay"], "rivals": [], "curve": None,
     }  # fmt: skip
-    assert (
+    within = (
         "half-length a ± 2 mm, caster e (kingpin to contact) ± 2 mm, load ± 2 %, tread stiffness k ±"
-        in content["notes"][0]
     )
+    assert within in content["notes"][0]
     path = tmp_path / "model.json"
     path.write_text(model_text(found), encoding="utf-8")
     read = read_model(path)
@@ -281,16 +281,9 @@ def test_published_simulations_are_one_sample_late(simulation_dir: Path) -> None
 
 def _published(path: Path) -> Recording:
     t, psi, _, torque, e, F_N, *_ = np.genfromtxt(path, delimiter=",")[1:].T
-    return Recording(
-        name=path.stem,
-        t=t,
-        psi=psi,
-        psi_dot=smoothed_rate(t, psi),
-        M_z=-torque,
-        F_N=F_N,
-        rig=Rig(a=0.04, e=float(e[0]), tolerances=Tolerances(a=0.0, e=0.0, load=0.0)),
-        tyre=Tyre(k=6e4),
-    )
+    exact = Rig(a=0.04, e=float(e[0]), tolerances=Tolerances(a=0.0, e=0.0, load=0.0))
+    measured = {"t": t, "psi": psi, "psi_dot": smoothed_rate(t, psi), "M_z": -torque, "F_N": F_N}
+    return Recording(name=path.stem, **measured, rig=exact, tyre=Tyre(k=6e4))
 
 
 def test_faults(late: tuple[Campaign, list[Recording]]) -> None:
@@ -328,7 +321,6 @@ def test_a_return_torque_beside_a_constant_load_is_ambiguous(sign: float) -> Non
     result = diagnose(constant, candidates=("steering_return",), jobs=1)
     (effect,) = result.effects
     assert (effect.grade, effect.indistinguishable_from) == ("ambiguous", (UNRECORDED_LOAD,))
-    assert (
-        "steering_return: it is this, or a load that changes with the angle: record it" in result.notes
-    )
+    either = "steering_return: it is this, or a load that changes with the angle: record it"
+    assert either in result.notes
     assert any("a negative stiffness, so no spring" in note for note in result.notes) is (sign < 0)

@@ -61,10 +61,8 @@ def test_friction_of_a_ground_that_was_not_fitted_is_not_predicted(
 ) -> None:
     here, there = recordings[:2], [replace(recordings[2], ground="wet"), recordings[2]]
     there[1] = replace(there[1], name="dry")
-    for errors in (
-        declared_errors(here, there, trial.fitted.loss),
-        errors_of(run_trial(TrialTask((), here, there)), here, there, {})[0],
-    ):
+    fitted, _ = errors_of(run_trial(TrialTask((), here, there)), here, there, {})
+    for errors in (declared_errors(here, there, trial.fitted.loss), fitted):
         assert set(errors.nrmse) == {"recording_a", "recording_b", "recording_c", "dry"}
         assert list(errors.unrefitted) == ["dry"]
 

@@ -99,9 +99,7 @@ def test_the_first_effect_is_of_the_family_that_the_search_began_with() -> None:
 
 @pytest.mark.parametrize(("noise", "every"), [(False, 1), (True, 1), (False, 2)])
 @pytest.mark.parametrize(("where", "more"), [("there", 8.0), ("elsewhere", -8.0), ("nowhere", 0.0)])
-def test_what_is_left_counts_where_the_effect_acts(
-    where: str, more: float, noise: bool, every: int
-) -> None:
+def test_what_is_left_counts_where_it_acts(where: str, more: float, noise: bool, every: int) -> None:
     """A residual of 4 in one half, 0 in the other; squares of 4 beyond noise. White noise counts not.
 
     The torque may come with every second sample only.

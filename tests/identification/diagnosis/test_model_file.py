@@ -128,9 +128,8 @@ def test_a_k_of_another_scale_is_refused(
     if not refused:
         found.with_known_stiffness(rig, declared)
         return
-    with pytest.raises(
-        InvalidInputError, match=r"times the declared one.*check the torque with a weight"
-    ):
+    said = r"times the declared one.*check the torque with a weight"
+    with pytest.raises(InvalidInputError, match=said):
         found.with_known_stiffness(rig, declared)
 
 

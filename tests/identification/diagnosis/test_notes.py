@@ -19,9 +19,8 @@ from tests.identification.factories import read_campaign, recording
 
 
 def errors(left_out: dict[str, float] | None = None, **nrmse: float) -> TorqueErrors:
-    return TorqueErrors(
-        rmse=nrmse, nrmse=nrmse, training=tuple(nrmse), holdout=(), left_out=left_out or {}
-    )
+    each = {"rmse": nrmse, "nrmse": nrmse, "left_out": left_out or {}}
+    return TorqueErrors(training=tuple(nrmse), holdout=(), **each)
 
 
 def _recording(a: float = 0.045, e: float = 0.009) -> Recording:
@@ -124,9 +123,8 @@ def test_what_all_recordings_want_of_a_declared_value_is_said_once(
     fitted: Fit, found: tuple[float, ...], std: float | None, notes: tuple[str, ...]
 ) -> None:
     stds = {f"a [{name}]": ParameterEstimate(value=0.0, std=std, unit="m") for name in "bcde"}
-    told = _lengths(fitted, *found)
 
-    assert notes_on(errors(a=0.04), errors(a=0.02), told, estimates=stds) == notes
+    assert notes_on(errors(a=0.04), errors(a=0.02), _lengths(fitted, *found), estimates=stds) == notes
 
 
 def test_a_length_that_is_too_short_in_every_recording_is_said_once() -> None:

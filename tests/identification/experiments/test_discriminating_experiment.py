@@ -37,30 +37,14 @@ def steered(manoeuvre: SampledManoeuvre, made: Campaign, like: Recording) -> Rec
     truth = made.recordings[0]
     t = np.arange(round(manoeuvre.seconds * 100 * SUBSTEPS) + 1) / (100 * SUBSTEPS)
     # Between the manoeuvre's points the wheel turns smoothly.
-    psi = np.convolve(
-        np.pad(np.interp(t, manoeuvre.t, manoeuvre.psi), 10, mode="edge"), np.full(21, 1 / 21), "valid"
-    )
-    drive = RigDrive(
-        t=t,
-        psi=psi,
-        psi_dot=np.gradient(psi, t),
-        F_N=np.interp(t, manoeuvre.t, manoeuvre.F_N),
-        psi_virgin=float(psi[0]),
-    )
-    torque = simulate_bristles(drive, truth.tyre, build_effects(truth.effects), bristles=400).M_z[
-        ::SUBSTEPS
-    ]
+    psi = np.pad(np.interp(t, manoeuvre.t, manoeuvre.psi), 10, mode="edge")
+    psi, F_N = np.convolve(psi, np.full(21, 1 / 21), "valid"), np.interp(t, manoeuvre.t, manoeuvre.F_N)
+    drive = RigDrive(t=t, psi=psi, psi_dot=np.gradient(psi, t), F_N=F_N, psi_virgin=float(psi[0]))
+    made = simulate_bristles(drive, truth.tyre, build_effects(truth.effects), bristles=400)
+    t, psi, F_N, torque = (values[::SUBSTEPS] for values in (t, psi, F_N, made.M_z))
     noise = np.random.default_rng(7).standard_normal(torque.size) * NOISE * torque_range(like)
-    return replace(
-        like,
-        name="experiment",
-        t=t[::SUBSTEPS],
-        psi=psi[::SUBSTEPS],
-        psi_dot=smoothed_rate(t[::SUBSTEPS], psi[::SUBSTEPS]),
-        psi_recorded=None,
-        M_z=torque + noise,
-        F_N=drive.F_N[::SUBSTEPS],
-    )
+    seen = {"t": t, "psi": psi, "psi_dot": smoothed_rate(t, psi), "M_z": torque + noise, "F_N": F_N}
+    return replace(like, name="experiment", psi_recorded=None, **seen)
 
 
 def judgement(found: Fit, recordings: list[Recording]) -> Judgement:
@@ -148,9 +132,8 @@ def test_the_rival_is_refitted_to_everything(ambiguous: Ambiguous, proposed: Pro
     refitted = fit(ambiguous.rival.model, [*seen, new], start)
     difference = refitted.residuals["new"]
 
-    np.testing.assert_allclose(
-        difference, proposed.rival_torque - proposed.torque, atol=0.15 * np.abs(difference).max()
-    )
+    told, size = proposed.rival_torque - proposed.torque, np.abs(difference).max()
+    np.testing.assert_allclose(difference, told, atol=0.15 * size)
 
 
 def test_seconds_that_a_residual_remembers_are_the_same_where_torques_are_missing(
@@ -195,9 +178,8 @@ def test_foretells_the_paired_test(size: float, times: int) -> None:
     t = np.arange(2000) * SAMPLE_PERIOD
     difference = size * (1 + np.sin(0.7 * t)) * np.sin(9 * t)
     old, now, memory = 1000, 0.5 * size, 5
-    present = _RecordedData(
-        count=2, seconds=old * SAMPLE_PERIOD, now=now, noise=NOISE, memory=memory * SAMPLE_PERIOD
-    )
+    lasts = {"seconds": old * SAMPLE_PERIOD, "memory": memory * SAMPLE_PERIOD}
+    present = _RecordedData(count=2, now=now, noise=NOISE, **lasts)
     whole = np.concatenate([np.full(old, now), *times * [difference]])
     clock = np.arange(whole.size) * SAMPLE_PERIOD
     found = []
@@ -209,6 +191,5 @@ def test_foretells_the_paired_test(size: float, times: int) -> None:
         ]
         found.append(np.divide(*error_reduction(*pair, BLOCK)))
 
-    assert _standard_errors(difference, present, times, BLOCK) == pytest.approx(
-        np.median(found), rel=0.15
-    )
+    expected = pytest.approx(np.median(found), rel=0.15)
+    assert _standard_errors(difference, present, times, BLOCK) == expected

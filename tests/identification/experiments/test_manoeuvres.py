@@ -67,9 +67,8 @@ def test_arrays_belong_together(library: tuple[SampledManoeuvre, ...]) -> None:
     assert len({m.instruction for m in library}) == len(library) > 12
     for m in library:
         np.testing.assert_allclose(np.diff(m.t), SAMPLE_PERIOD)
-        turned = m.psi[0] + np.concatenate(
-            [[0.0], np.cumsum((m.psi_dot[1:] + m.psi_dot[:-1]) / 2 * SAMPLE_PERIOD)]
-        )
+        steps = (m.psi_dot[1:] + m.psi_dot[:-1]) / 2 * SAMPLE_PERIOD
+        turned = m.psi[0] + np.append(0.0, np.cumsum(steps))
         np.testing.assert_allclose(turned, m.psi, atol=1e-3)
         assert m.psi[0] == pytest.approx(REACH.centre)
         assert m.psi_dot[0] == 0

@@ -51,9 +51,8 @@ def test_white_noise_of_one_size_has_the_textbooks_covariance(noiseless) -> None
     size = np.sqrt(np.diag(expected))
 
     np.testing.assert_allclose(standard_deviations(fitted, given), size, rtol=0.15)
-    np.testing.assert_allclose(
-        parameter_correlation(fitted, given), expected / np.outer(size, size), atol=0.1
-    )
+    share = expected / np.outer(size, size)
+    np.testing.assert_allclose(parameter_correlation(fitted, given), share, atol=0.1)
 
 
 @pytest.mark.parametrize(
@@ -77,9 +76,8 @@ def test_intervals_hold_the_truth(noiseless, phi: float, sizes: tuple[float, flo
 def test_variance_of_a_sum_is_the_spectrum_at_zero(weights: list[float]) -> None:
     # The sum of n samples has variance n sigma^2 / A(1)^2.
     n, rng = 4000, np.random.default_rng(6)
-    made = [
-        scores_variance(np.ones((n, 1)), autoregressive(weights, n, rng), 0.0)[0, 0] for _ in range(10)
-    ]
+    samples = (autoregressive(weights, n, rng) for _ in range(10))
+    made = [scores_variance(np.ones((n, 1)), each, 0.0)[0, 0] for each in samples]
 
     assert np.mean(made) == pytest.approx(n / np.sum(weights) ** 2, rel=0.15)
 
@@ -151,6 +149,5 @@ def test_whatever_takes_part_in_what_cannot_be_told_apart_has_no_deviation(
         prior_weights=np.append(fitted.prior_weights, 0.0),
     )
 
-    np.testing.assert_array_equal(
-        np.isinf(standard_deviations(more, given)), [True, share > 0, False, True]
-    )
+    unknown = np.isinf(standard_deviations(more, given))
+    np.testing.assert_array_equal(unknown, [True, share > 0, False, True])

@@ -149,8 +149,7 @@ def standing(
 )
 def test_recovers_an_effect(effect: str) -> None:
     made, recordings = read_campaign(effect, 2)
-    fitted = fit(model_of(effect), recordings)
-    found, spread, truth = standing(fitted, made, recordings)
+    found, spread, truth = standing(fit(model_of(effect), recordings), made, recordings)
 
     assert (np.abs(found - truth) < 4 * spread).all()
     assert (spread < 0.02 * np.abs(truth)).all()

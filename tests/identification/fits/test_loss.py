@@ -84,9 +84,7 @@ def test_outliers_do_not_move_a_robust_fit(clean: list[Recording], reference: Fi
     assert np.max(steps[LEAST_SQUARES], axis=0).min() > 2
 
 
-def test_deviations_of_a_robust_fit_are_those_of_repeated_noise(
-    clean: list[Recording], reference: Fit
-) -> None:
+def test_deviations_of_a_robust_fit_are_those_of_noise(clean: list[Recording], reference: Fit) -> None:
     rng = np.random.default_rng(5)
     found, deviations = [], []
     for seed in range(30):

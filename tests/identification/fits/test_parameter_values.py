@@ -27,9 +27,8 @@ def test_every_ground_begins_with_the_value_of_the_tyre() -> None:
     values = complete_values(APART, SAME, [ONE, TWO])
 
     assert values.tyre == {}
-    assert values.grounds == {
-        ground: {"k": 2e6, "frictional_creep.c": 0.1} for ground in ("steel", "emery")
-    }
+    own = {"k": 2e6, "frictional_creep.c": 0.1}
+    assert values.grounds == {"steel": own, "emery": own}
     assert values.of(TWO) == {"mu": 1.2, "k": 2e6, "frictional_creep.c": 0.1}
 
 
@@ -71,9 +70,8 @@ def test_the_tyre_has_the_mean_where_nothing_belongs_to_grounds_any_more() -> No
 
 def test_recordings_without_a_ground_stand_on_one_of_their_own() -> None:
     assert grounds_of([ONE, recording("none", None), TWO]) == ("steel", UNNAMED_GROUND, "emery")
-    with pytest.raises(
-        InvalidInputError, match=r"ground 'two' has the name .* give the ground another name \(--ground"
-    ):
+    said = r"ground 'two' has the name .* give the ground another name \(--ground"
+    with pytest.raises(InvalidInputError, match=said):
         grounds_of([recording("one", "two"), TWO])
 
 

@@ -90,9 +90,8 @@ def test_what_the_data_do_not_know_stays_as_declared(made: tuple[Campaign, list[
     for r in recordings:
         # A uniform density over +- 3 % has this standard deviation, and mu has it relative to itself.
         assert spread[r.name, "load"] == pytest.approx(0.03 / np.sqrt(3), rel=0.01)
-        assert spread[r.name, "mu"] == pytest.approx(
-            fitted.values.own[r.name]["mu"] * 0.03 / np.sqrt(3), rel=0.1
-        )
+        own = fitted.values.own[r.name]["mu"] * 0.03 / np.sqrt(3)
+        assert spread[r.name, "mu"] == pytest.approx(own, rel=0.1)
 
 
 def test_a_zero_of_the_torque_is_absorbed(made: tuple[Campaign, list[Recording]]) -> None:
@@ -149,9 +148,7 @@ def test_a_point_is_not_simulated_again_after_a_step_from_it(
     assert len(calls) == 2
 
 
-def test_a_declared_value_weighs_as_the_residual_is_correlated(
-    wrong: list[Recording], absorbed: Fit
-) -> None:
+def test_a_declared_value_weighs_by_the_correlation(wrong: list[Recording], absorbed: Fit) -> None:
     known = absorbed.prior_weights > 0
 
     assert [name for (_, name), k in zip(absorbed.labels, known, strict=True) if k] == ["a"] * 3

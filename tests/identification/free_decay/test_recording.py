@@ -56,14 +56,12 @@ def test_faults(tmp_path: Path) -> None:
     assert "channel psi missing" in message_of(write(tmp_path, header="t,angle"))
     assert "row 1: J_A must be" in message_of(write(tmp_path, "# J_A = -1"))
     assert "holds 3 samples" in message_of(write(tmp_path, rows=["0,1", "1,2", "2,3"]))
-    assert "every psi is missing" in fault_of(
-        read_decay, write(tmp_path, rows=[f"{i}," for i in range(12)]), RIG
-    )
+    missing = write(tmp_path, rows=[f"{i}," for i in range(12)])
+    assert "every psi is missing" in fault_of(read_decay, missing, RIG)
     few = [f"{i},{i if i > 5 else ''}" for i in range(12)]
     assert "6 samples of psi, at least 10" in message_of(write(tmp_path, rows=few))
-    assert "t is missing" in fault_of(
-        read_decay, write(tmp_path, rows=[",1", *(f"{i},{i}" for i in range(12))]), RIG
-    )
+    missing = write(tmp_path, rows=[",1", *(f"{i},{i}" for i in range(12))])
+    assert "t is missing" in fault_of(read_decay, missing, RIG)
 
 
 @pytest.mark.parametrize(

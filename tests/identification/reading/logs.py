@@ -35,12 +35,8 @@ def write_tdms(path: Path, columns: Columns, **more: Mapping[str, Any]) -> Path:
     """One group of channels; `more` are properties of some."""
     nptdms = pytest.importorskip("nptdms", reason="needs brushgrip[tdms]")
     with nptdms.TdmsWriter(path) as writer:
-        writer.write_segment(
-            [
-                nptdms.ChannelObject("Rig", n, v, {"unit_string": UNITS.get(n, "")} | more.get(n, {}))
-                for n, v in columns.items()
-            ]
-        )
+        units = {n: {"unit_string": UNITS.get(n, "")} | more.get(n, {}) for n in columns}
+        writer.write_segment([nptdms.ChannelObject("Rig", n, v, units[n]) for n, v in columns.items()])
     return path
 
 
@@ -103,8 +99,7 @@ def write_matlab_7_3(path: Path, columns: Columns) -> None:
         for name, values in columns.items():
             file.create_dataset(name, data=values[np.newaxis])
         file["a"] = np.array([[0.05]])
-    content = path.read_bytes()
-    path.write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512) + content[512:])
+    path.write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512) + path.read_bytes()[512:])
 
 
 def write_frames(

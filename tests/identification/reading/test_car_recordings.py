@@ -49,8 +49,7 @@ def test_units_and_names_of_a_log(tmp_path: Path) -> None:
     columns = {"stamp": T, "Way": RACK, "Force": FORCE, "TorsionBarTorque": FORCE}
     message = refused(read, write_columns(tmp_path / "a.csv", columns), "rack=Way,F_rack=Force")
     assert re.search(r"channel t missing.*such as --map (?!.*M_z)", message)
-    path = write(tmp_path, Way=1e3 * RACK, Force=-FORCE / 1e3)
-    mapped = read(path, "rack=Way:mm,F_rack=-Force:kN")
+    mapped = read(write(tmp_path, Way=1e3 * RACK, Force=-FORCE / 1e3), "rack=Way:mm,F_rack=-Force:kN")
     plain = read(write(tmp_path))
 
     np.testing.assert_allclose(mapped.M_z, plain.M_z, rtol=1e-9)
@@ -80,6 +79,13 @@ def test_samples_one_by_one_are_those_of_the_recording(tmp_path: Path) -> None:
     assert sample_of(T[-1] + 0.01, RACK[-1], FORCE[-1]).dt == pytest.approx(0.01)
 
 
+def test_the_geometry_is_worked_out_once_for_all_samples(monkeypatch: pytest.MonkeyPatch) -> None:
+    sample_of = RackSampler(CAR)
+    sample_of(0.0, 0.0, 0.0)
+    monkeypatch.setattr("symbolic.vehicle.contact_about_kingpin.standing_point", None)
+    assert sample_of(0.001, 0.01, -1000.0).M_z == pytest.approx(0.125 / 2 * 1000.0)
+
+
 def test_from_torsion_bar_and_motor(tmp_path: Path) -> None:
     car = declared_vehicle(**MOTOR, torsion_bar=100.0)
     bar = 0.2 * np.sign(FORCE)
@@ -88,6 +94,26 @@ def test_from_torsion_bar_and_motor(tmp_path: Path) -> None:
 
     np.testing.assert_allclose(recording.psi, late(RACK) / 0.125, atol=1e-9)
     np.testing.assert_allclose(recording.M_z, -0.125 / 2 * late(FORCE), rtol=1e-6)
+
+
+@pytest.mark.parametrize("way", ["handwheel", "rack"])
+def test_from_a_steering_whose_ratio_varies(tmp_path: Path, way: str) -> None:
+    angles = np.linspace(-6, 6, 100_001)
+    ways, gains = 0.008 * angles + 1e-4 * angles**3, 0.008 + 3e-4 * angles**2
+    pairs = [[angle, 0.008 * angle + 1e-4 * angle**3] for angle in (0.0, 1.0, 2.0, 3.0, 4.5, 6.0)]
+    text = vehicle_text(
+        rack_by_handwheel=pairs, motor_ratio=20.0, motor_efficiency=1.0, torsion_bar=100.0
+    )
+    (tmp_path / "car.toml").write_text(text, encoding="utf-8")
+    pinion = np.interp(RACK, ways, angles)
+    # The motor has a gear of its own; the torsion bar's torque acts through the pinion.
+    bar, motor = 0.3 * FORCE * np.interp(pinion, angles, gains), 0.7 * FORCE * 0.008 / 20
+    columns = {"handwheel": pinion + bar / 100, "rack": RACK}
+    path = write(tmp_path, **{way: columns[way]}, T_bar=bar, T_motor=motor)
+    recording = read(path, vehicle=read_vehicle(tmp_path / "car.toml"))
+
+    np.testing.assert_allclose(recording.psi, late(RACK) / 0.125, atol=5e-4)
+    np.testing.assert_allclose(recording.M_z, -0.125 / 2 * late(FORCE), rtol=0.02)
 
 
 def test_drag_and_inertia_are_taken_off_where_they_act(tmp_path: Path) -> None:
@@ -186,8 +212,7 @@ def test_a_name_that_no_option_holds_goes_into_the_file(tmp_path: Path) -> None:
     path = write(tmp_path, **{"Rack:XCP": -RACK, "F_rack": FORCE})
     named = f'signals = {{ rack = "Rack:XCP" }}\n{vehicle_text()}'
     (tmp_path / "car.toml").write_text(named)
-    signals = read_signals(tmp_path / "car.toml")
-    message = refused(read_recording, path, vehicle=CAR, signals=signals)
+    message = refused(read_recording, path, vehicle=CAR, signals=read_signals(tmp_path / "car.toml"))
     (tmp_path / "car.toml").write_text(f"{message.partition('in its place: ')[2]}\n{vehicle_text()}")
     mended = read_recording(path, vehicle=CAR, signals=read_signals(tmp_path / "car.toml"))
 

@@ -135,9 +135,7 @@ def test_nonsense_is_refused(step: Any, message: str) -> None:
         ({"M_z": Pipeline((Resampler(rate=200.0),))}, "must end alike"),
     ],
 )
-def test_a_step_that_cannot_be_done_names_its_channel(
-    changes: Mapping[str, Pipeline], message: str
-) -> None:
+def test_an_impossible_step_names_its_channel(changes: Mapping[str, Pipeline], message: str) -> None:
     assert message in refused(recording, pipelines=usual() | changes)
 
 

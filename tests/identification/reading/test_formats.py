@@ -69,8 +69,7 @@ def test_a_torque_at_the_end_of_its_range_in_the_database_is_told(
 ) -> None:
     path, _ = written("blf", tmp_path)
     database, end = tmp_path / "rig.dbc", share * float(np.abs(ORIGINAL.M_z).max())
-    text = database.read_text()
-    database.write_text(text.replace('[0|0] "Nm"', f'[{-end}|{end}] "Nm"'))
+    database.write_text(database.read_text().replace('[0|0] "Nm"', f'[{-end}|{end}] "Nm"'))
     recording = read(path, OWN_CLOCK)
 
     assert ("comes within 2 % of the end of the range of the database" in caplog.text) == told
@@ -102,9 +101,8 @@ def test_a_missing_channel_lists_those_there_and_proposes_a_map(format_: str, tm
 def test_a_time_that_channels_with_clocks_of_their_own_do_not_have_is_left_out(tmp_path: Path) -> None:
     path, _ = written("blf", tmp_path)
 
-    assert refusal(path, f"{OWN_CLOCK},t=time").endswith(
-        "no channel 'time' for t; the others have clocks of their own: map no t"
-    )
+    left_out = "no channel 'time' for t; the others have clocks of their own: map no t"
+    assert refusal(path, f"{OWN_CLOCK},t=time").endswith(left_out)
 
 
 def test_texts_that_unpack_to_far_more_are_refused(tmp_path: Path) -> None:
@@ -116,9 +114,7 @@ def test_texts_that_unpack_to_far_more_are_refused(tmp_path: Path) -> None:
     assert "b.parquet: column 'psi' must hold numbers" in refusal(tmp_path / "b.parquet")
 
 
-def test_a_chunk_that_unpacks_to_far_more_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_chunk_that_unpacks_to_far_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     h5py = pytest.importorskip("h5py", reason="needs brushgrip[hdf5]")
     path = tmp_path / "bomb.h5"
     with h5py.File(path, "w") as file:
@@ -139,9 +135,7 @@ def test_a_file_of_many_objects_is_not_listed_without_end(
     assert "there are channel_0, channel_1, channel_2; say" in refusal(path)
 
 
-def test_a_blf_file_that_unpacks_to_far_more_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_blf_file_that_unpacks_to_far_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     packed = zlib.compress(bytes(2_000_000))
     container = struct.pack("<4sHHII", b"LOBJ", 16, 1, 32 + len(packed), 10)
     header = b"LOGG" + struct.pack("<I", 144) + bytes(136)
@@ -187,13 +181,10 @@ def test_more_data_than_records_are_refused(tmp_path: Path) -> None:
     assert content.count(many) == 1
     path.write_bytes(content.replace(many, struct.pack("<Q", 24)))
 
-    message = refusal(path, signals)
-    assert re.search(r"declares 24 records and holds \d+ bytes, \d+ each", message)
+    assert re.search(r"declares 24 records and holds \d+ bytes, \d+ each", refusal(path, signals))
 
 
-def test_a_channel_too_long_is_refused_before_it_is_read(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_channel_too_long_is_refused_unread(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path, signals = written("parquet", tmp_path)
     monkeypatch.setattr("identification.reading.formats.optional_libraries.MAX_SAMPLES", 100)
 
@@ -213,15 +204,11 @@ def refusal_where(opening: Callable[[], object], folder: Path) -> str:
 
 
 def test_whatever_a_library_raises_is_one_line(tmp_path: Path) -> None:
-    message = refusal_where(lambda: {}["a\nb"], tmp_path)
-
-    assert "run.xyz: is damaged, or no .xyz file: " in message
+    assert "run.xyz: is damaged, or no .xyz file: " in refusal_where(lambda: {}["a\nb"], tmp_path)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="bounds memory on Linux alone")
-def test_memory_is_bounded_whatever_a_library_asks_for(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_memory_is_bounded_in_every_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import resource
 
     usual = resource.getrlimit(resource.RLIMIT_AS)

@@ -11,11 +11,7 @@ import pytest
 from identification import Recording, SignalSource, read_recording, read_signals
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.common_clock_and_units import table_from_channels
-from identification.reading.map_for_recording import (
-    map_for_recording,
-    unit_by_name,
-    with_steering_ratio,
-)
+from identification.reading.map_for_recording import map_for_recording, unit_by_name, with_steering_ratio
 from identification.reading.rigfile import signals_section
 from identification.reading.signal_map import SignalMap, parse_maps, parse_signals
 from identification.reading.units import unit_at_end
@@ -54,9 +50,7 @@ def test_a_recording_takes_the_map_whose_channels_it_has(order: int, files: tupl
         require_expected(read_recording(path, RIG, signals=signals))
 
 
-def test_sections_of_a_rig_file_are_maps_for_different_recordings(
-    files: tuple[Path, Path], tmp_path: Path
-) -> None:
+def test_sections_of_a_rig_file_are_maps_of_recordings(files: tuple[Path, Path], tmp_path: Path) -> None:
     signals = parse_maps([CSV, f"{LOG},dbc={tmp_path / 'car.dbc'}"])
     rig = tmp_path / "rig.toml"
     rig.write_text(f"[rig]\na = 0.045\ne = 0.009\n[tyre]\nk = 2.4e6\n{signals_section(signals)}")
@@ -105,9 +99,7 @@ def test_a_recording_with_names_of_its_own_needs_no_map() -> None:
 
 
 @pytest.mark.parametrize("given", [[], ["M_z=Moment"]])
-def test_a_proposal_keeps_own_names_before_the_maps_of_a_rig_file(
-    given: list[str], tmp_path: Path
-) -> None:
+def test_a_proposal_keeps_own_names_before_the_rig_files_maps(given: list[str], tmp_path: Path) -> None:
     of_rig, path = parse_maps([CSV, "psi=1/15*Lenkrad:deg,M_z=kNm:kNm,F_N=Fz"]), tmp_path / "run.csv"
     write(path, t=T, psi=PSI, Moment=TORQUE, F_N=LOAD)
     message = refused(read_recording, path, RIG, signals=of_rig.updated(parse_maps(given)))
@@ -120,10 +112,8 @@ def test_a_recording_that_fits_several_maps_or_none_is_refused(
     files: tuple[Path, Path], tmp_path: Path
 ) -> None:
     message = refused(read_recording, files[1], RIG, signals=parse_maps([LOG, "t=Time,psi=Angle:deg"]))
-    assert (
-        "several maps fit, t=Time,psi=Angle,M_z=-Moment,F_N=Load and t=Time,psi=Angle:deg; join"
-        in message
-    )
+    both = "several maps fit, t=Time,psi=Angle,M_z=-Moment,F_N=Load and t=Time,psi=Angle:deg; join"
+    assert both in message
     path = write(tmp_path / "c.csv", Time=T, Winkel=PSI, Moment=TORQUE, Load=LOAD)
     message = refused(read_recording, path, RIG, signals=parse_maps([CSV, LOG]))
     assert "channel psi (as 'Angle') missing" in message
@@ -188,10 +178,10 @@ def test_an_end_that_may_be_a_word_is_no_unit_and_that_is_said(name: str) -> Non
 def test_a_factor_that_may_hold_the_unit_is_asked_about(tmp_path: Path) -> None:
     path = write(tmp_path / "run.csv", t=T, steer_deg=15 * np.degrees(PSI), M_z=TORQUE, F_N=LOAD)
     message = refused(read_recording, path, RIG, signals="psi=1/15*steer_deg")
-    assert (
+    asked = (
         "is deg the unit of steer_deg, or in the factor already? Write --map 'psi=1/15*steer_deg:deg'"
-        in message
     )
+    assert asked in message
     assert message.endswith("--map 'psi=1/15*steer_deg:rad'")
     for mapped in ("psi=1/15*steer_deg:deg", f"psi={math.pi / 180 / 15:.17f}*steer_deg:rad"):
         require_expected(read_recording(path, RIG, signals=mapped))

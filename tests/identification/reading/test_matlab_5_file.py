@@ -45,8 +45,7 @@ def test_agrees_with_scipy(values: np.ndarray, compressed: bool) -> None:
 
 
 def test_other_kinds_are_none() -> None:
-    content = saved({"text": "abc", "z": 1 + 2j, "struct": {"x": 1.0}, "number": 3.0})
-    arrays = read_arrays(content)
+    arrays = read_arrays(saved({"text": "abc", "z": 1 + 2j, "struct": {"x": 1.0}, "number": 3.0}))
 
     assert [name for name, values in arrays.items() if values is None] == ["text", "z", "struct"]
     assert arrays["number"] == 3.0

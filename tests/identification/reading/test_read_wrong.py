@@ -115,9 +115,7 @@ def test_two_channels_of_a_name_in_one_group_are_told_apart(tmp_path: Path) -> N
         np.testing.assert_allclose(read(path, signals).psi, factor * COLUMNS["psi"])
 
 
-def test_values_that_mdf_marks_invalid_are_missing(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_values_marked_invalid_are_missing(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     invalid = (T > 0.1) & (T < 0.3)
     marked = {"invalidation_bits": invalid}
     recording = read(write_mdf_group(tmp_path / "run.mf4", COLUMNS.items(), T, M_z=marked))
@@ -198,18 +196,14 @@ def test_extended_identifiers_are_others(suffix: str, extended: bool, tmp_path: 
     recording = read(path)
     if extended:
         write_can(path, [*motion(), *load()], identifier)
-        assert (
-            "holds no extended frame Motion (0x123), but a standard one of that identifier"
-            in refused(path)
-        )
+        other = "holds no extended frame Motion (0x123), but a standard one of that identifier"
+        assert other in refused(path)
 
     assert recording.t.size == N
     np.testing.assert_allclose(recording.psi, (1 + extended) * COLUMNS["psi"], atol=1e-4)
 
 
-def test_values_beyond_the_range_of_the_database_are_missing(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_values_beyond_their_range_are_missing(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     frames = [*motion(), *load()]
     frames[7] = (*frames[7][:2], b"\xff\xff" * 2 + bytes(4))
     path = write_can(tmp_path / "run.blf", frames)
@@ -218,10 +212,8 @@ def test_values_beyond_the_range_of_the_database_are_missing(
 
     assert recording.psi[7] == pytest.approx((recording.psi[6] + recording.psi[8]) / 2)
     assert np.isnan(recording.M_z[7])
-    assert (
-        "Motion.psi: 1 of 60 values lie outside the range of the database, -3 to 3.5533 rad"
-        in warnings_in(caplog)
-    )
+    told = "Motion.psi: 1 of 60 values lie outside the range of the database, -3 to 3.5533 rad"
+    assert told in warnings_in(caplog)
     path = write_can(tmp_path / "run.blf", [*motion(), *load(raw=65535)])
     outside = "every value of Load.F_N lies outside the range of the database, 0 to 6553.3 N"
     assert outside in refused(path)
@@ -250,9 +242,7 @@ def test_a_load_that_begins_late_is_waited_for(
 ) -> None:
     path = write_can(tmp_path / "run.blf", [*motion(), *load(late=0.001)])
 
-    recording = read(path, causal=causal)
-
-    assert recording.t.size == N - causal
+    assert read(path, causal=causal).t.size == N - causal
     assert ("begins at sample 2, 0.01 s after the first" in warnings_in(caplog)) == causal
 
 

@@ -26,14 +26,12 @@ def test_reads_everything(tmp_path: Path) -> None:
 
 def test_tolerances(tmp_path: Path) -> None:
     text = COMPLETE.replace("a = 0.04", "a = { value = 0.04, tolerance = 0.0025 }")
-    text = text.replace(
-        "[tyre]", "load = { tolerance = 0.01 }\nzero = { value = 0, tolerance = 0.1 }\n[tyre]"
-    )
+    alone = "load = { tolerance = 0.01 }\nzero = { value = 0, tolerance = 0.1 }\n"
+    text = text.replace("[tyre]", f"{alone}[tyre]")
     within = Tolerances(a=0.0025, load=0.01, zero=0.1)
 
-    assert read_rig(write(tmp_path, text))[0] == Rig(
-        a=0.04, e=0.009, J_A=0.15, b_t=1.0, tolerances=within
-    )
+    declared = Rig(a=0.04, e=0.009, J_A=0.15, b_t=1.0, tolerances=within)
+    assert read_rig(write(tmp_path, text))[0] == declared
     shares = text.replace("= 0.01 }", '= "1%" }').replace("= 0.0025 }", '= "6.25 %" }')
     assert read_rig(write(tmp_path, shares))[0].tolerances == within
 
@@ -110,17 +108,6 @@ def declared(nominal: tuple[Rig, Tyre] | None, values: dict[str, float]) -> tupl
     path = Path("run.csv")
     table = Table(path=path, columns={}, declared=values, place=lambda name: f"line of {name}")
     return rig_of_table(table, nominal)
-
-
-def test_declared_values_go_first() -> None:
-    nominal = (Rig(a=0.04, e=0.009, J_A=0.15), Tyre(k=6e4, mu=0.8))
-
-    assert declared(nominal, {}) == nominal
-    assert declared(nominal, {"a": 0.05, "b_t": 1.0, "k": 7e4}) == (
-        Rig(a=0.05, e=0.009, J_A=0.15, b_t=1.0),
-        Tyre(k=7e4, mu=0.8),
-    )
-    assert declared(None, {"a": 0.04, "e": 0.0, "k": 6e4}) == (Rig(a=0.04, e=0), Tyre(k=6e4))
 
 
 @pytest.mark.parametrize(

@@ -119,9 +119,7 @@ def test_a_wheel_that_slides_for_seconds_is_none(wander: float, load_noise: floa
 @pytest.mark.parametrize("load_noise", [0.0, 0.005, 0.04])
 @pytest.mark.parametrize("noise_share", [0.0005, 0.001])
 @pytest.mark.parametrize("mu", [0.3, 0.8])
-def test_a_wheel_that_turns_fast_and_slides_is_none(
-    mu: float, noise_share: float, load_noise: float
-) -> None:
+def test_a_fast_wheel_that_slides_is_none(mu: float, noise_share: float, load_noise: float) -> None:
     # Of a torque next to noiseless the differences are those of its curve.
     swept = turned(0.3 * np.sin(2 * np.pi * np.arange(0.0, 40.0, 0.01)), 400.0, mu, noise_share)
     psi = swept.psi + 1e-5 * np.random.default_rng(10).standard_normal(swept.psi.size)

@@ -45,9 +45,8 @@ def test_a_map_gives_unit_sign_and_factor_and_serves_a_free_vibration_too(tmp_pa
 
     require_expected(read, 0.06, -1)
     rig = (Rig(a=0.045, e=0.009, J_A=0.15), RIG[1])
-    assert read_decay(path, rig, signals="t=Time,psi=Steer:deg").psi[3] == pytest.approx(
-        math.radians(ROWS[3][1])
-    )
+    decay = read_decay(path, rig, signals="t=Time,psi=Steer:deg")
+    assert decay.psi[3] == pytest.approx(math.radians(ROWS[3][1]))
 
 
 def test_a_rig_file_holds_a_map(tmp_path: Path) -> None:
@@ -98,17 +97,16 @@ def test_one_file_has_one_decimal_sign_and_a_comma_between_fields_is_none(tmp_pa
     path = write(tmp_path / "run.csv", "t,psi,M_z,F_N")
     rows = ['"0,01",' + row for row in path.read_text().splitlines()[1:]]
     path.write_text("\n".join(["time,t,psi,M_z,F_N", *rows]))
-    message = refused(read_recording, path, RIG, signals="t=time")
-    assert "row 2: t = '0,01' is not a number" in message
+    assert "row 2: t = '0,01' is not a number" in refused(read_recording, path, RIG, signals="t=time")
 
 
 def test_columns_named_otherwise_are_listed_and_a_map_is_proposed(tmp_path: Path) -> None:
     path = write(tmp_path / "run.csv", "Zeit [s];Winkel [°];Moment [Nm];Last [kN]", delimiter=";")
     message = refused(read_recording, path, RIG)
-    assert (
+    there = (
         "missing; there are Zeit [s], Winkel [°], Moment [Nm], Last [kN]; Moment is taken for M_z, the"
-        in message
     )
+    assert there in message
     assert "turns the wheel is M (M=Moment, with J_A and b_t in the rig file) or, turned" in message
     assert "slowly, M_z=-Moment; say which is which" in message
     assert message.endswith("such as --map t=Zeit,psi=Winkel,M_z=Moment,F_N=Last")
@@ -138,9 +136,7 @@ def test_a_proposal_has_time_units_and_the_steering_ratio(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("heading", ["Moment", "Moment [Nm]"])
 @pytest.mark.parametrize("sign", [1, -1])
-def test_a_proposal_has_units_and_sign_by_the_numbers_of_the_file(
-    sign: int, heading: str, tmp_path: Path
-) -> None:
+def test_a_proposal_has_units_and_sign_by_the_numbers(sign: int, heading: str, tmp_path: Path) -> None:
     path, t = tmp_path / "run.csv", np.linspace(0, 4, 200)
     psi = 30 * np.sin(2 * t)
     moment = -sign * 20 * np.sign(np.cos(2 * t))
@@ -176,9 +172,8 @@ def test_numbers_beyond_all_range_are_refused(
 
 
 def test_a_proposal_for_channels_without_clocks_has_the_time() -> None:
-    named = ChannelFile(
-        names=["Zeit", "Winkel", "M_z", "F_N"], read=lambda _: ChannelSamples(values=np.full(9, 0.1))
-    )
+    names, tenth = ["Zeit", "Winkel", "M_z", "F_N"], ChannelSamples(values=np.full(9, 0.1))
+    named = ChannelFile(names=names, read=lambda _: tenth)
     for own_clocks, time in ((False, "t=Zeit,"), (True, "")):
         file = replace(named, own_clocks=own_clocks)
         message = refused(table_from_channels, PATH, file, REQUIRED_COLUMNS, NO_MAP)

@@ -171,9 +171,8 @@ def test_the_band_of_a_constant(recordings: list[Recording], memory: float) -> N
     outside = 0
     for seed in range(TRIALS):
         rng = np.random.default_rng([seed, 18])
-        rows = residual_rows(
-            {r.name: first_order(memory, r.t.size, rng) for r in recordings}, recordings
-        )
+        left = {r.name: first_order(memory, r.t.size, rng) for r in recordings}
+        rows = residual_rows(left, recordings)
         noise = residual_noise(rows)
         none = np.zeros((rows.residual.size, 0))
         value, band, _ = correlation(rows.means(), none, noise, noise.degrees_of_freedom)
@@ -261,9 +260,8 @@ def test_a_cause_is_usual_and_what_was_tried_or_overdone_is_named() -> None:
     rate, direction = by_name[RATE], by_name[DIRECTION]
     kingpin = "usually dry friction in the kingpin or the sensor's mount"
     assert reading_of(direction, 0.5, every, ()) == kingpin
-    assert reading_of(direction, 0.5, every, creep) == (
-        f"{kingpin} (tried, not added: bearing friction and rate friction)"
-    )
+    tried = "(tried, not added: bearing friction and rate friction)"
+    assert reading_of(direction, 0.5, every, creep) == f"{kingpin} {tried}"
     only = (EFFECTS["bearing_friction"],)
     assert reading_of(direction, 0.5, (), creep) == kingpin, "what no search tried"
     assert reading_of(direction, 0.5, only, only) == kingpin, "what the model has"
@@ -380,18 +378,12 @@ def test_a_wheel_at_a_tenth_of_its_rate_is_turning(recordings: list[Recording]) 
 
 def test_three_signals_are_followed_where_three_are_planted(recordings: list[Recording]) -> None:
     rng = np.random.default_rng(19)
-    found = signatures(
-        *with_residual(
-            recordings,
-            lambda r: (
-                3 * r.psi / np.std(r.psi)
-                + 2 * np.tanh(r.psi_dot / 0.01)
-                + (r.F_N - r.F_N.mean()) / np.std(r.F_N)
-                + 0.2 * rng.standard_normal(r.t.size)
-            ),
-            level=0.01,
-        )
-    )
+
+    def planted(r: Recording) -> np.ndarray:
+        motion = 3 * r.psi / np.std(r.psi) + 2 * np.tanh(r.psi_dot / 0.01)
+        return motion + (r.F_N - r.F_N.mean()) / np.std(r.F_N) + 0.2 * rng.standard_normal(r.t.size)
+
+    found = signatures(*with_residual(recordings, planted, level=0.01))
 
     assert {s.signal for s in found.followed} == {ANGLE, DIRECTION, "the load"}
     content = json.loads(json.dumps(found.to_dict(), allow_nan=False))
@@ -404,10 +396,8 @@ def test_the_band_of_a_constant_allows_for_few_low_frequencies(recordings: list[
     residuals, made = with_residual(recordings, lambda r: first_order(0.97, r.t.size, rng))
     rows = residual_rows(residuals, made)
     noise = residual_noise(rows)
-    *_, (_, band, _) = [
-        correlation(rows.means(), np.zeros((rows.residual.size, 0)), noise, degrees_of_freedom)
-        for degrees_of_freedom in (1e9, noise.degrees_of_freedom)
-    ]
+    none = np.zeros((rows.residual.size, 0))
+    _, band, _ = correlation(rows.means(), none, noise, noise.degrees_of_freedom)
 
     assert named(signatures(residuals, made), CONSTANT).band == pytest.approx(band)
 

@@ -57,9 +57,8 @@ def test_neither_noise_nor_structure_finer_than_the_model_is_reported(recording:
 
     assert not said.present
     assert "structured" not in said.evidence, "which the same line denies"
-    assert said.evidence.endswith(
-        "; 0.05% beyond it, independent from sample to sample: too little for an effect"
-    )
+    little = "; 0.05% beyond it, independent from sample to sample: too little for an effect"
+    assert said.evidence.endswith(little)
     wave = 1e-3 * torque_range(recording) * np.sin(2 * np.pi * 0.7 * recording.t)
     assert not rest(recording, wave).present
 
@@ -87,9 +86,7 @@ def test_structure_is_reported_with_what_it_follows(recording: Recording, plante
 
 
 @pytest.mark.parametrize(("ratio", "present"), [(1.08, False), (1.22, True)])
-def test_structure_has_to_stand_above_the_noise(
-    recording: Recording, ratio: float, present: bool
-) -> None:
+def test_structure_has_to_stand_above_noise(recording: Recording, ratio: float, present: bool) -> None:
     """An error 8 % above that of the noise is noise, one 22 % above it is not."""
     t, noise = recording.t, noise_of(recording)
     floor = white_noise((shown := with_torque(recording, recording.M_z + noise)).M_z)
@@ -139,8 +136,7 @@ def test_missing_samples(recording: Recording) -> None:
     slow = 0.01 * torque_range(recording) * np.sin(2 * np.pi * 0.3 * recording.t)
     noise = noise_of(recording)
     for residual, present in ((noise, False), (slow + noise, True)):
-        said = rest(holed, np.where(gone, np.nan, residual))
-        assert said.present is present
+        assert rest(holed, np.where(gone, np.nan, residual)).present is present
 
 
 def test_the_noise_of_a_torque_that_comes_more_slowly_than_the_angle(recording: Recording) -> None:

@@ -53,9 +53,8 @@ def judgement(sizes: np.ndarray) -> Judgement:
     """A held-out error of that size in each second, range 1."""
     t = np.arange(SECONDS * PER_SECOND) / PER_SECOND
     alternating = np.where(np.arange(t.size) % 2, 1.0, -1.0)
-    return Judgement(
-        residuals={"a": alternating * np.repeat(sizes, PER_SECOND)}, ranges={"a": 1.0}, times={"a": t}
-    )
+    residuals = {"a": alternating * np.repeat(sizes, PER_SECOND)}
+    return Judgement(residuals=residuals, ranges={"a": 1.0}, times={"a": t})
 
 
 def trials(
@@ -70,18 +69,15 @@ def trials(
     white = np.random.default_rng(3).standard_normal(training.t.size)
     n = effective_samples({training.name: white})
     ratio = np.exp((np.log(n) - bic) / (2 * n))
-    fits = {
-        "before": replace(trial.fitted, residuals={training.name: ratio * white}),
-        "after": replace(
-            trial.fitted, residuals={training.name: white}, labels=(*trial.fitted.labels, (None, "more"))
-        ),
-    }
+    with_more = (*trial.fitted.labels, (None, "more"))
+    before = replace(trial.fitted, residuals={training.name: ratio * white})
+    after = replace(trial.fitted, residuals={training.name: white}, labels=with_more)
     blocks = SECONDS // int(block)
     gains = np.repeat(np.where(np.arange(blocks) % 2, 1.0, -1.0), int(block))
     gains = 0.2 * (1 + gains * np.sqrt(blocks - 1) / error)
     held = {"before": np.ones(SECONDS) * 4, "after": 4 - gains}
-    after, before = (
-        replace(trial, fitted=fits[name], judgement=judgement(0.05 * np.sqrt(held[name])))
-        for name in ("after", "before")
+    judged = {name: judgement(0.05 * np.sqrt(squares)) for name, squares in held.items()}
+    return (
+        replace(trial, fitted=after, judgement=judged["after"]),
+        replace(trial, fitted=before, judgement=judged["before"]),
     )
-    return after, before

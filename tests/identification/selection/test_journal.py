@@ -99,9 +99,7 @@ class Edited(Spring):
 Edited.__qualname__ = Spring.__qualname__
 
 
-def test_effects_of_the_same_name_are_different_trials(
-    damped: list[Recording], journal: Journal
-) -> None:
+def test_effects_of_one_name_are_different_trials(damped: list[Recording], journal: Journal) -> None:
     task = TrialTask((Spring(),), damped, precision=RANKING)
     journal.note(task, run_trial(task))
 
@@ -133,8 +131,7 @@ def sealed(path: Path, content: bytes) -> bytes:
 
 def test_altered_values_are_made_anew(damped: list[Recording], journal: Journal) -> None:
     task = TrialTask(effects_named(["torque_offset"]), damped, precision=RANKING)
-    made = run_trial(task)
-    journal.note(task, made)
+    journal.note(task, run_trial(task))
     (path,) = journal.folder.iterdir()
     whole = path.read_bytes()
     with np.load(io.BytesIO(whole[DIGEST:])) as kept:
@@ -196,9 +193,7 @@ class OtherLine(Line):
 OtherLine.__qualname__ = Line.__qualname__
 
 
-def test_another_value_given_by_the_recordings_is_another_trial(
-    damped: list[Recording], journal: Journal
-) -> None:
+def test_another_value_of_recordings_is_another_trial(damped: list[Recording], journal: Journal) -> None:
     task = TrialTask((Line(),), damped, precision=RANKING)
     journal.note(task, run_trial(task))
 

@@ -13,26 +13,11 @@ import pytest
 
 from identification import Recording, diagnose, search
 from symbolic import BrushgripError, Effect, InvalidInputError, Parameter
+from tests.contributing import example
 from tests.identification.factories import read_campaign, with_torque
 from tests.refusal import refused
 
-BOOT = """
-from dataclasses import dataclass
-from symbolic import Effect, Parameter
-
-@dataclass(frozen=True, kw_only=True)
-class Boot(Effect):
-    name: str = "boot"
-    summary: str = "a spring by the cube of the angle"
-    parameters: tuple[Parameter, ...] = (
-        Parameter(name="c", unit="N m", neutral=0.0, start=1.0, lower=0.0, upper=1e3, scale=10.0),
-    )
-
-    def torque(self, signals, values):
-        return -values["c"] * signals.psi**3
-
-EFFECTS = [Boot()]
-"""
+BOOT = example("new effect") + "\nEFFECTS = [BootSpring()]\n"
 SEARCH = """
 from identification import search
 from symbolic import InvalidInputError
@@ -61,12 +46,10 @@ def boot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType
 
 @pytest.mark.long
 @pytest.mark.usefixtures("interpreted")
-def test_an_effect_of_a_users_module_goes_to_the_processes(
-    boot: ModuleType, recordings: list[Recording]
-) -> None:
+def test_a_users_effect_goes_to_the_processes(boot: ModuleType, recordings: list[Recording]) -> None:
     (one,) = diagnose(recordings, jobs=2, candidates=boot.EFFECTS).effects
 
-    assert one.name == "boot"
+    assert one.name == "boot_spring"
     assert one.parameters["c"].value == pytest.approx(150, rel=0.1)
 
 
@@ -76,10 +59,8 @@ def test_a_process_that_ends_takes_one_line(
     boot: ModuleType, recordings: list[Recording], tmp_path: Path
 ) -> None:
     (tmp_path / "ownboot.py").unlink()
-    with pytest.raises(
-        BrushgripError,
-        match=r"a process of the search ended .*cannot import.*ModuleNotFoundError.*jobs=1",
-    ) as caught:
+    said = r"a process of the search ended .*cannot import.*ModuleNotFoundError.*jobs=1"
+    with pytest.raises(BrushgripError, match=said) as caught:
         search(recordings, (), jobs=2, candidates=boot.EFFECTS)
     assert not isinstance(caught.value, InvalidInputError)
     assert "\n" not in str(caught.value)
@@ -109,8 +90,8 @@ def test_a_local_class_and_a_field_that_cannot_be_pickled_are_refused() -> None:
 @pytest.mark.long
 def test_a_class_of_a_main_module_without_a_file_is_refused(repository_root: Path) -> None:
     for how, text in (["-c", BOOT + SEARCH], None), (["-"], BOOT + SEARCH):
-        ended = subprocess.run(
-            [sys.executable, *how], input=text, cwd=repository_root, capture_output=True, text=True
-        )
-        assert ended.stdout.startswith("effect 'boot' cannot be taken to the processes"), ended.stderr
+        command, caught = [sys.executable, *how], {"capture_output": True, "text": True}
+        ended = subprocess.run(command, input=text, cwd=repository_root, **caught)
+        told = "effect 'boot_spring' cannot be taken to the processes"
+        assert ended.stdout.startswith(told), ended.stderr
         assert "put the effect into a module of its own, or use jobs=1" in ended.stdout

@@ -115,9 +115,7 @@ def test_adds_what_helps_most_until_nothing_helps(pair: Pair) -> None:
 
 
 @pytest.mark.parametrize(("bad", "expected"), [("", "a"), ("a", "b"), ("ab", "c"), ("abc", None)])
-def test_the_next_best_is_tried_where_the_best_is_not_confirmed(
-    pair: Pair, bad: str, expected: str | None
-) -> None:
+def test_the_next_best_is_tried_where_the_best_fails(pair: Pair, bad: str, expected: str | None) -> None:
     """What was ranked coarsely is fitted to the whole recordings, three candidates at most."""
     errors = table(a=5, b=6, c=7, d=8)
     runner = Scripted(pair, errors, lambda names: 0.1 if set(names) & set(bad) else errors(names))
@@ -204,9 +202,7 @@ def test_no_exchange_makes_a_second_law_of_a_family(pair: Pair) -> None:
 
 
 @pytest.mark.parametrize(("member", "expected"), [(2.01, "as"), (2.1, "fa")])
-def test_a_flexible_law_gives_way_to_a_law_that_does_as_well(
-    pair: Pair, member: float, expected: str
-) -> None:
+def test_a_flexible_law_gives_way_to_one_as_good(pair: Pair, member: float, expected: str) -> None:
     errors = table(f=4, s=5, fa=2, sa=member)
     assert path(searched(Scripted(pair, errors), "sfa"))[-1] == expected
 
@@ -297,14 +293,15 @@ def test_the_rival_of_the_last_effect_is_tried_where_nothing_can_be_added(pair: 
     assert path(searched(runner, "abc")) == ["a"], "b did not do as well"
 
 
+def added(pair: Pair, names: str, rivals: str, trials: tuple[Trial, ...]) -> SearchStep:
+    """A step to these effects, which the rivals equal."""
+    equals, before = tuple(map(effect_of, rivals)), {"before": pair[0], "coarse_before": pair[0]}
+    after = with_effects(pair[0], names)
+    return SearchStep(**before, trials=trials, after=after, indistinguishable=equals)
+
+
 def test_a_rival_with_more_parameters_is_not_tried(pair: Pair) -> None:
-    step = SearchStep(
-        before=pair[0],
-        coarse_before=pair[0],
-        trials=both(pair, 0.0, 1.5),
-        after=with_effects(pair[0], "b"),
-        indistinguishable=(effect_of("a"),),
-    )
+    step = added(pair, "b", "a", both(pair, 0.0, 1.5))
 
     assert step.equal_rival is None, "a has one more"
     others = replace(step, after=with_effects(pair[0], "a"), indistinguishable=(effect_of("b"),))
@@ -315,9 +312,7 @@ def test_a_rival_with_more_parameters_is_not_tried(pair: Pair) -> None:
 @pytest.mark.parametrize(
     ("error", "expected"), [(1.4, RANKING), (1.45, RANKING), (1.6, ROUGH), (1.9, ROUGH)]
 )
-def test_large_errors_are_ranked_with_few_bristles(
-    pair: Pair, error: float, expected: Precision
-) -> None:
+def test_large_errors_are_ranked_by_few_bristles(pair: Pair, error: float, expected: Precision) -> None:
     runner = Scripted(pair, lambda _: error / 100)
     searched(runner, "a")
 
@@ -367,13 +362,7 @@ def test_a_difference_of_no_worth_does_not_distinguish(pair: Pair) -> None:
 
 
 def test_the_nearest_rival_is_the_best_of_those_that_are_as_good(pair: Pair) -> None:
-    step = SearchStep(
-        before=pair[0],
-        coarse_before=pair[0],
-        trials=tuple(with_effects(pair[0], name) for name in "abcd"),
-        after=with_effects(pair[0], "a"),
-        indistinguishable=(effect_of("d"), effect_of("c")),
-    )
+    step = added(pair, "a", "dc", tuple(with_effects(pair[0], name) for name in "abcd"))
 
     assert step.nearest_rival == effect_of("c")
 

@@ -61,9 +61,7 @@ def first_order_error(fitted: Fit, recordings: list[Recording]) -> dict[str, flo
 
 
 def test_leaving_out_to_first_order_is_like_refitting(three: list[Recording]) -> None:
-    fitted = fit(Model(corners=16), three)
-
-    assert max(first_order_error(fitted, three).values()) < 0.15
+    assert max(first_order_error(fit(Model(corners=16), three), three).values()) < 0.15
 
 
 def test_the_ground_of_a_recording_left_out_takes_the_mean_of_the_others(three: list[Recording]) -> None:
@@ -188,9 +186,8 @@ def test_judged_error_is_averaged_over_recordings(three: list[Recording]) -> Non
     residuals = {r.name: np.full(r.t.size, size) for r, size in zip(three, (0.1, 0.2, 0.3), strict=True)}
     spans = [np.ptp(r.M_z) for r in three]
 
-    assert judge(residuals, three).nrmse == pytest.approx(
-        np.mean(np.array([0.1, 0.2, 0.3]) / np.array(spans))
-    )
+    expected = np.mean(np.array([0.1, 0.2, 0.3]) / np.array(spans))
+    assert judge(residuals, three).nrmse == pytest.approx(expected)
 
 
 def test_threads_change_no_digit(three: list[Recording]) -> None:
@@ -244,7 +241,6 @@ def test_an_effect_of_one_block_falls_by_more_than_chance() -> None:
     assert standard_error_by_chance(better, worse, BLOCK) == pytest.approx(abs(by_hand))
     # Of an effect that only follows the noise half the fall is chance, and a single block tells nothing.
     luck = judged(2 * noise.ravel(), 2.0)
-    assert standard_error_by_chance(better, luck, BLOCK) == pytest.approx(
-        np.linalg.norm(2 * (noise**2).mean(axis=1)) / 4 / 12
-    )
+    half = pytest.approx(np.linalg.norm(2 * (noise**2).mean(axis=1)) / 4 / 12)
+    assert standard_error_by_chance(better, luck, BLOCK) == half
     assert standard_error_by_chance(judged(np.ones(140)), judged(np.full(140, 2.0)), BLOCK) == np.inf

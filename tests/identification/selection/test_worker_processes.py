@@ -59,9 +59,8 @@ def test_a_process_that_is_killed_is_replaced_once(tmp_path: Path, half: bool) -
         once = submit(die, tmp_path / "once", 1, half)
         twice = submit(die, tmp_path / "twice", 2, half)
         assert once.result(60) > 0
-        with pytest.raises(
-            BrushgripError, match=r"ended before its work was done \(signal 9\)"
-        ) as caught:
+        said = r"ended before its work was done \(signal 9\)"
+        with pytest.raises(BrushgripError, match=said) as caught:
             twice.result(60)
         assert "\n" not in str(caught.value)
         assert submit(os.getpid).result(60) != os.getpid()
@@ -142,9 +141,8 @@ def test_no_process_stays_without_its_parent(tmp_path: Path, repository_root: Pa
         "with workers(2) as submit:\n"
         "    for _ in (submit(busy, sys.argv[1]), submit(busy, sys.argv[1])): _.result()\n"
     )
-    parent = subprocess.Popen(
-        [sys.executable, "-c", code, str(tmp_path)], cwd=repository_root, stderr=subprocess.DEVNULL
-    )
+    command = [sys.executable, "-c", code, str(tmp_path)]
+    parent = subprocess.Popen(command, cwd=repository_root, stderr=subprocess.DEVNULL)
     try:
         wait_for(lambda: len(list(tmp_path.iterdir())) == 2)
         parent.send_signal(getattr(signal, number))
@@ -195,19 +193,14 @@ def test_an_executor_stands_in_for_processes() -> None:
         with workers(None, (), pool) as submit:
             assert submit(pow, 2, 10).result() == 1024
         assert pool.submit(pow, 2, 3).result() == 8  # It is left open.
-    with (
-        ThreadPoolExecutor(1) as pool,
-        pytest.raises(InvalidInputError, match="leave jobs out"),
-        workers(2, (), pool),
-    ):
+    refused = pytest.raises(InvalidInputError, match="leave jobs out")
+    with ThreadPoolExecutor(1) as pool, refused, workers(2, (), pool):
         pass
 
 
 def test_work_that_an_executor_loses_is_said() -> None:
-    with (
-        pytest.raises(BrushgripError, match="the executor lost work that it was given: CancelledError"),
-        workers(None, (), Losing()) as submit,
-    ):
+    lost = "the executor lost work that it was given: CancelledError"
+    with pytest.raises(BrushgripError, match=lost), workers(None, (), Losing()) as submit:
         submit(pow, 2, 10).result()
 
 
@@ -232,9 +225,8 @@ def test_what_has_not_begun_is_cancelled() -> None:
 def cluster() -> Iterator[Any]:
     """Two workers of Dask, each a process."""
     distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
-    ) as local:
+    two = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
+    with distributed.LocalCluster(**two) as local:
         yield local
 
 

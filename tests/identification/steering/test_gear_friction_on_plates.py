@@ -78,9 +78,8 @@ def test_a_force_that_is_clipped_near_the_locks_is_refused(tmp_path: Path, share
     force = 10 * np.round((force + 2 * jacking_torque(vehicle, s / 0.125) / 0.125) / 10)
 
     def read(shown: Array) -> RackRecording:
-        return read_rack(
-            write_columns(tmp_path / "p.csv", {"t": t, "rack": s, "F_rack": shown}), vehicle
-        )
+        columns = {"t": t, "rack": s, "F_rack": shown}
+        return read_rack(write_columns(tmp_path / "p.csv", columns), vehicle)
 
     most = share * np.abs(force).max()
     with pytest.raises(InvalidInputError, match="clips it, and looks like less return torque"):
@@ -110,10 +109,8 @@ def test_independent_cars_within_a_tenth(seed: int) -> None:
     vehicle = vehicle_from_tables(tomllib.loads(vehicle_toml(drawn.declared, brake=True)))
     seen = independent(drawn)
     by_hand = rack_position(vehicle, seen["handwheel"], seen["T_bar"])
-    for s, force in (
-        (seen["rack"], seen["F_rack"]),
-        (by_hand, rack_force(vehicle, seen["T_bar"], seen["T_motor"])),
-    ):
+    told = rack_force(vehicle, seen["T_bar"], seen["T_motor"])
+    for s, force in ((seen["rack"], seen["F_rack"]), (by_hand, told)):
         one = RackRecording(name="plates", t=seen["t"], s=s, force=force, brakes=True)
         result = identify_on_plates([one], vehicle)
         friction = result.gear_friction

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from identification.thesis.author_estimate import aligned, author_estimate_file, read_author_estimate
-from symbolic import InvalidInputError
-from tests.refusal import fault_of
+from tests.refusal import fault_of, refused
 
 HEADER = ",".join(["NaN"] * 12)
 ROW = "0.0,0.02,0.0,-2.5,0.009,306,0.04,2438000,1,0,2.1,1.674"
@@ -53,7 +52,5 @@ def test_aligned_by_angle() -> None:
     psi = np.sin(np.arange(50) * 0.3)
 
     assert aligned(psi, psi[17:40]) == 17
-    with pytest.raises(InvalidInputError, match="not those of the recording"):
-        aligned(psi, psi[17:40] + 0.1)
-    with pytest.raises(InvalidInputError, match="not those of the recording"):
-        aligned(psi[:5], psi)
+    assert "not those of the recording" in refused(aligned, psi, psi[17:40] + 0.1)
+    assert "not those of the recording" in refused(aligned, psi[:5], psi)

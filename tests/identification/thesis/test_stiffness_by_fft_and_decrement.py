@@ -29,9 +29,8 @@ def test_fast_samples_take_no_memory() -> None:
     psi = 0.02 * np.exp(-4e3 * t) * np.cos(2 * np.pi * 2e4 * t)
     impact = as_decay(make_impacts(3, impacts=1)[0])
     tracemalloc.start()
-    estimate = estimate_by_decrement(
-        [Decay(name="fast", t=t, psi=psi, rig=impact.rig, tyre=impact.tyre)]
-    )
+    fast = Decay(name="fast", t=t, psi=psi, rig=impact.rig, tyre=impact.tyre)
+    estimate = estimate_by_decrement([fast])
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
 

@@ -44,27 +44,19 @@ _COMPLIANT = {"rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0}
 EFFECTS = found_model(_COMPLIANT)
 FEW_BRISTLES = found_model(_COMPLIANT, bristles=8)
 """The same effects for tests of the code, in which the number of bristles does not matter."""
-RELAXING = found_model(
-    {"viscoelastic_relaxation.gain": 0.3, "viscoelastic_relaxation.time": 0.5}, bristles=8
-)
+_MAXWELL = {"viscoelastic_relaxation.gain": 0.3, "viscoelastic_relaxation.time": 0.5}
+RELAXING = found_model(_MAXWELL, bristles=8)
 """Bristles without a compliance, each with a Maxwell branch."""
 CREEP = found_model({"frictional_creep.c": 0.14, "carcass_torsion.k_t": 330.0}, bristles=12)
 """Frictional creep behind a compliance."""
 MEASURED_RUN = found_model(
-    {
-        "frictional_creep.c": 0.1132,
-        "tared_pretwist.psi_0": 0.0,
-        "tared_pretwist.M_0": 0.0,
-        "pressure_skew.skew": -0.95,
-        "friction_drift.scale": 0.256,
-        "friction_drift.gain": 0.211,
-    },
+    {"frictional_creep.c": 0.1132, "tared_pretwist.psi_0": 0.0, "tared_pretwist.M_0": 0.0}
+    | {"pressure_skew.skew": -0.95, "friction_drift.scale": 0.256, "friction_drift.gain": 0.211},
     k=2.956e6,
 )
 """The model of docs/evidence/measured.md."""
-FOUND = found_model(
-    {"frictional_creep.c": 0.1, "carcass_torsion.k_t": 300.0, "asymmetric_friction.ratio": 1.1}
-)
+_CREEPING = {"frictional_creep.c": 0.1, "carcass_torsion.k_t": 300.0}
+FOUND = found_model(_CREEPING | {"asymmetric_friction.ratio": 1.1})
 """The same effects on the rig's usual tyre."""
 TORSION = found_model({"carcass_torsion.k_t": 300.0})
 SPRING = found_model({"steering_return.stiffness": 6.0, "bearing_friction.M_c": 0.1})
@@ -158,9 +150,8 @@ class GeneratedCode:
         """The code with the driver run.c."""
         sources = (self.core.name, str(Path(__file__).with_name("run.c")))
         name = hashlib.sha256((self.folder / "brushgrip.c").read_bytes()).hexdigest()[:12]
-        return ctypes.CDLL(
-            str(self.compile(OPTIMISATION, "-fPIC", "-shared", sources=sources, out=f"{name}.so"))
-        )
+        flags = (OPTIMISATION, "-fPIC", "-shared")
+        return ctypes.CDLL(str(self.compile(*flags, sources=sources, out=f"{name}.so")))
 
 
 class RunningCode:
@@ -201,12 +192,8 @@ class RunningCode:
     def wander(self, count: int, seed: int, usual: list[float], turn: float) -> int:
         """How many estimates are invalid along a wheel at random, by `turn` [rad] a sample at most."""
         typical, *bounds = self._numbers(usual)
-        step = type(bounds[0])(turn)
-        return int(
-            self.code.library.wander(
-                self.at, ctypes.c_int64(count), ctypes.c_uint64(seed), typical, step, *bounds
-            )
-        )
+        numbers = ctypes.c_int64(count), ctypes.c_uint64(seed), typical, type(bounds[0])(turn), *bounds
+        return int(self.code.library.wander(self.at, *numbers))
 
     @property
     def at(self) -> ctypes.c_void_p:
@@ -284,9 +271,8 @@ def rows_of(recording: RigRecording | SteeringRecording, torque: str = "") -> Ar
 def swinging(count: int) -> Array:
     """Samples (n, 5) of a wheel that swings, without a rate, under a torque that is none of its tyre."""
     t = 0.01 * np.arange(count)
-    return np.column_stack(
-        [0.2 * np.sin(5 * t), t * np.nan, -8 * np.sin(5 * t), 400 + 0 * t, 0.01 + 0 * t]
-    )
+    columns = 0.2 * np.sin(5 * t), t * np.nan, -8 * np.sin(5 * t), 400 + 0 * t, 0.01 + 0 * t
+    return np.column_stack(columns)
 
 
 def _pointer(array: NDArray[Any]) -> ctypes.c_void_p:

@@ -126,9 +126,8 @@ def compare_recording(generated: Generate, path: Path, observer: Any) -> None:
     np.testing.assert_array_equal(double[:, -1], expected.status)
 
     rounded = SINGLE.round(rows)
-    off = np.abs(generated(observer, SINGLE).run(rounded) - generated(observer, DOUBLE).run(rounded))[
-        :, 0
-    ]
+    single, better = (generated(observer, real).run(rounded)[:, 0] for real in (SINGLE, DOUBLE))
+    off = np.abs(single - better)
     tracked = off[100:][(expected.status[100:] & Status.ACQUIRING) == 0]
     print(f"single precision: mu off by {off.max():.1e}, later by {tracked.max(initial=0.0):.1e}")
     # Behind a compliance the turn of a sample is tried on a part of the bristles.
@@ -145,18 +144,15 @@ def compare_recording(generated: Generate, path: Path, observer: Any) -> None:
         pytest.param(Mhe, {"window": 50}, marks=LONG),
     ],
 )
-def test_outliers_and_changes_of_the_ground(
-    generated: Generate, kind: Any, settings: dict[str, int]
-) -> None:
+def test_outliers_and_a_new_ground(generated: Generate, kind: Any, settings: dict[str, int]) -> None:
     t, psi, F_N, M_z = change_of_ground()
     rng = np.random.default_rng(3)
     M_z = np.where(rng.random(t.size) < 0.02, 3 * M_z, M_z)
     M_z[rng.random(t.size) < 0.1] = np.nan
     rows = np.column_stack([psi, np.full(t.size, np.nan), M_z, F_N, np.full(t.size, 0.01)])[:1000]
     tuning = Tuning(noise=0.01, error=0.02, gate=4.0, reset_after=3, zero_time=20.0)
-    observer = kind(
-        **DECLARED, rig=RIG, tuning=tuning, measurement_model=AligningTorque(stiffness=True), **settings
-    )
+    own = {"tuning": tuning, "measurement_model": AligningTorque(stiffness=True), **settings}
+    observer = kind(**DECLARED, rig=RIG, **own)
     estimates, expected = (generated(observer, DOUBLE).run(rows), python_estimates(observer, rows))
 
     np.testing.assert_allclose(estimates, expected, rtol=1e-7, atol=1e-9)

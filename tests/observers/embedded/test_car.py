@@ -1,6 +1,7 @@
 """The observer of a car in C: equal to Python, its sensors too, within its budget on a Cortex-M4F."""
 
 import ctypes
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +11,13 @@ from benchmarks.embedded import adversarial
 from observers import Ekf, Mhe, car_observer
 from observers.embedded import DOUBLE, SINGLE, generate, generate_vehicle
 from observers.embedded.instruction_count import ERROR, estimated_instructions
-from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, equivalent_contact_angle
-from symbolic.vehicle.steering import mean_angle
+from symbolic.vehicle.mean_wheel import (
+    aligning_torque_with_friction,
+    equivalent_contact_angle,
+    wheel_of_rack,
+)
+from symbolic.vehicle.steering import mean_angle, pinion_angle, rack_force
+from symbolic.vehicle.variable_ratio import rack_of_pinion
 from tests.compile_once import compile_once
 from tests.observers.embedded.conftest import Generate, Unpacked
 from tests.observers.embedded.cortex.target import M4F, TOOLS, run_on, tools_installed
@@ -72,13 +78,17 @@ def test_budget_on_the_target(generated: Generate, rows: np.ndarray) -> None:
 
 
 def test_sensors_of_a_car_in_c(tmp_path: Path) -> None:
-    generate(car_observer(Ekf, CAR), tmp_path, DOUBLE, name="grip")
-    generate_vehicle(CAR, tmp_path, DOUBLE, name="grip")
+    car = replace(CAR, rack_by_handwheel=((1.0, 0.008), (2.0, 0.018), (4.0, 0.042)), motor_ratio=20.0)
+    generate(car_observer(Ekf, car), tmp_path, DOUBLE, name="grip")
+    generate_vehicle(car, tmp_path, DOUBLE, name="grip")
     (tmp_path / "use.c").write_text(
         '#include "grip_vehicle.h"\n'
         "void use(double s, double F, double *out) {\n"
         "    const grip_sample_t sample = grip_from_rack(s, F, 0.0, 0.0, 0.01);\n"
         "    out[0] = sample.psi; out[1] = sample.M_z; out[2] = sample.F_N;\n}\n"
+        "void turn(double handwheel, double T, double *out) {\n"
+        "    const grip_sample_t sample = grip_from_handwheel(handwheel, T, T, 0.0, 0.0, 0.01);\n"
+        "    out[0] = sample.psi; out[1] = sample.M_z;\n}\n"
     )
     flags = ["-std=c99", "-Wall", "-Wextra", "-Wno-unused-function", "-Werror", "-fPIC", "-shared"]
     compile_once(["cc", *flags, "use.c", "-o", "use.so", "-lm"], tmp_path, "use.so")
@@ -86,6 +96,10 @@ def test_sensors_of_a_car_in_c(tmp_path: Path) -> None:
     library.use(ctypes.c_double(0.04), ctypes.c_double(-900.0), out)
     psi = equivalent_contact_angle(CAR, mean_angle(CAR, 0.04), brakes=True)
 
-    assert list(out) == pytest.approx(
-        [psi, aligning_torque_with_friction(CAR, 0.04, -900.0, brakes=True), 4000.0]
-    )
+    M_z = aligning_torque_with_friction(CAR, 0.04, -900.0, brakes=True)
+    assert list(out) == pytest.approx([psi, M_z, 4000.0])
+    for angle in (-6.0, -2.5, 0.3, 3.0):
+        library.turn(ctypes.c_double(angle), ctypes.c_double(1.5), out)
+        pinion = pinion_angle(car, angle, 1.5)
+        moved = (rack_of_pinion(car, pinion)[0], rack_force(car, 1.5, 1.5, pinion), 0.0, 0.0)
+        assert list(out)[:2] == pytest.approx(wheel_of_rack(car, *moved, brakes=True))

@@ -21,15 +21,13 @@ def everything() -> ca.Function:
     """A Function with the idioms that casadi writes: calls, conditions, picking, sparse products."""
     x, n = ca.MX.sym("x", 3), ca.MX.sym("n")
     s = ca.SX.sym("s", 3)
-    inner = ca.Function(
-        "inner", [s], [ca.if_else(s[0] > 0, ca.exp(s[1]) + 1e-3 * s[2], ca.fmax(s, 2.5))]
-    )
+    either = ca.if_else(s[0] > 0, ca.exp(s[1]) + 1e-3 * s[2], ca.fmax(s, 2.5))
+    inner = ca.Function("inner", [s], [either])
     picked = ca.vertcat(0, x).nz[ca.fmin(ca.fabs(n), 3)]
     y = inner(x) * ca.logic_not(n) + ca.if_else(ca.logic_and(x > 0, n < 2), ca.sqrt(ca.fabs(x)), x**2.5)
     diagonal = ca.MX(ca.Sparsity.diag(3), x)
-    return ca.Function(
-        "everything", [x, n], [y + diagonal @ y, picked, ca.mmax(x)], ["x", "n"], list("abc")
-    )
+    outputs = [y + diagonal @ y, picked, ca.mmax(x)]
+    return ca.Function("everything", [x, n], outputs, ["x", "n"], list("abc"))
 
 
 @needs_compiler

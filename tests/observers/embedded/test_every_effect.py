@@ -94,9 +94,7 @@ def test_a_window_on_an_exact_patch(name: str, recording: RigRecording, tmp_path
 
 
 @pytest.mark.parametrize("beside", [(), ("rate_friction",)])
-def test_an_effect_with_one_number_in_memory(
-    beside: tuple[str, ...], recording: RigRecording, tmp_path: Path
-) -> None:
+def test_one_number_in_memory(beside: tuple[str, ...], recording: RigRecording, tmp_path: Path) -> None:
     observer = observer_under(Ekf, (Warmth(), *(KNOWN[name] for name in beside)), bristles=8)
 
     assert_same(generate_code(observer, DOUBLE, tmp_path), rows_of(recording)[:SAMPLES], atol=1e-11)

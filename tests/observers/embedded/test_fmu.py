@@ -57,9 +57,8 @@ def samples(repository_root: Path) -> Array:
     """An embedded recording, rows psi, psi_dot, M_z, F_N; some values are missing."""
     path = repository_root / "examples" / "recordings" / "train_a.csv"
     recording = read_recording(path, (RIG, Tyre(k=K, mu=1.2)))
-    rows = np.column_stack(
-        [recording.psi, np.full(recording.t.size, np.nan), recording.M_z, recording.F_N]
-    )
+    silent = np.full(recording.t.size, np.nan)
+    rows = np.column_stack([recording.psi, silent, recording.M_z, recording.F_N])
     rows[8::9, 2] = np.nan
     rows[40:44, 0], rows[60:63, 3] = np.nan, -1.0
     return rows
@@ -73,34 +72,25 @@ def samples(repository_root: Path) -> Array:
 def test_fmpy_validates(tmp_path: Path, kind: Any, measurement_model: Any, version: int) -> None:
     from fmpy.validation import validate_fmu
 
-    archive = generate_fmu(
-        observer_of(kind, DECLARED, measurement_model), tmp_path, name="grip", version=version
-    )
+    observer = observer_of(kind, DECLARED, measurement_model)
+    archive = generate_fmu(observer, tmp_path, name="grip", version=version)
     description = fmpy.read_model_description(str(archive))
     units = {v.name: v.unit for v in description.modelVariables if v.causality == "input"}
+    outputs = tuple(v.name for v in description.modelVariables if v.causality == "output")
     ours = {"psi": "rad", "psi_dot": "rad/s", "M_z": "N.m", "F_N": "N"}
+    steered = {"psi": "rad", "M": "N.m", "F_N": "N"}
 
     assert validate_fmu(str(archive)) == []
     assert description.fmiVersion == f"{version}.0"
-    assert units == (
-        {"psi": "rad", "M": "N.m", "F_N": "N"} if "M" in measurement_model.channels else ours
-    )
-    assert tuple(v.name for v in description.modelVariables if v.causality == "output") == (
-        *ESTIMATE,
-        "weaker",
-    )
+    assert units == (steered if "M" in measurement_model.channels else ours)
+    assert outputs == (*ESTIMATE, "weaker")
     assert set(fmpy.supported_platforms(str(archive))) == {"c-code", "linux64"}
 
 
 def test_the_same_observer_makes_the_same_bytes(tmp_path: Path) -> None:
-    one, again, other = (
-        generate_fmu(observer, tmp_path / folder)
-        for folder, observer in (
-            ("one", EKF),
-            ("again", EKF),
-            ("other", observer_of(Ekf, DECLARED, AligningTorque(), mu=0.9)),
-        )
-    )
+    changed = observer_of(Ekf, DECLARED, AligningTorque(), mu=0.9)
+    observers = {"one": EKF, "again": EKF, "other": changed}
+    one, again, other = (generate_fmu(observers[name], tmp_path / name) for name in observers)
     guids = {fmpy.read_model_description(archive).guid for archive in (one, again, other)}
 
     assert one.read_bytes() == again.read_bytes()
@@ -114,23 +104,16 @@ def test_equals_the_c(
     observer = observer_of(kind, model, AligningTorque())
     rows = samples[:600] if model is not DECLARED else samples
     printed_rows = printed_by_main(generated, observer, real, rows)
-    given = np.rec.fromarrays(
-        [STEP * np.arange(len(rows)), *rows.T], names=["time", "psi", "psi_dot", "M_z", "F_N"]
-    )
-    estimates = fmpy.simulate_fmu(
-        str(unpacked(observer, real)),
-        stop_time=STEP * len(rows),
-        output_interval=STEP,
-        input=given,
-        output=ESTIMATE,
-    )
+    names = ["time", "psi", "psi_dot", "M_z", "F_N"]
+    given = np.rec.fromarrays([STEP * np.arange(len(rows)), *rows.T], names=names)
+    simulated = {"stop_time": STEP * len(rows), "output_interval": STEP, "output": ESTIMATE}
+    estimates = fmpy.simulate_fmu(str(unpacked(observer, real)), input=given, **simulated)
 
     assert len(estimates) == len(printed_rows) + 1
     # The estimate of a sample is the output at the end of its step.
     for name in ESTIMATE:
-        np.testing.assert_array_equal(
-            estimates[name][1:].astype(real.dtype), printed_rows[name].astype(real.dtype)
-        )
+        ours, theirs = (seen.astype(real.dtype) for seen in (estimates[name][1:], printed_rows[name]))
+        np.testing.assert_array_equal(ours, theirs)
     assert np.ptp(estimates["mu"]) > 0.1
     assert (estimates["status"][1:][rows[:, 3] < 0] & Status.HELD).all()
 
@@ -141,9 +124,8 @@ def printed_by_main(generated: Generate, observer: Any, real: Real, rows: Array)
     table = "\n".join(",".join(repr(float(v)) for v in (STEP * i, *row)) for i, row in enumerate(rows))
     (code.folder / "given.csv").write_text(f"t,psi,psi_dot,M_z,F_N\n{table}\n")
     program = code.compile("-O1", sources=("brushgrip.c", "main.c"), out="example")
-    printed = subprocess.run(
-        [program, "given.csv"], cwd=code.folder, capture_output=True, text=True, check=True
-    )
+    caught = {"capture_output": True, "text": True, "check": True}
+    printed = subprocess.run([program, "given.csv"], cwd=code.folder, **caught)
     return np.genfromtxt(printed.stdout.splitlines(), delimiter=",", names=True)
 
 
@@ -183,9 +165,7 @@ def test_reset_returns_to_the_prior(unpacked: Unpacked, samples: Array) -> None:
 
 
 @pytest.mark.parametrize(("kind", "version"), [(Ekf, 2), (Mhe, 2), (Ekf, 3)])
-def test_a_state_can_be_saved_and_transferred(
-    unpacked: Unpacked, samples: Array, kind: Any, version: int
-) -> None:
+def test_states_are_transferred(unpacked: Unpacked, samples: Array, kind: Any, version: int) -> None:
     folder = unpacked(observer_of(kind, DECLARED, AligningTorque()), SINGLE, version)
     with instances(folder, 2) as (one, other):
         one.steps(samples[:200])
@@ -275,9 +255,8 @@ def test_sanitisers_have_no_finding(unpacked: Unpacked, tmp_path: Path, kind: An
 
 def test_parameters_can_be_tuned(tmp_path: Path, samples: Array) -> None:
     other = replace(EKF, tuning=replace(EKF.tuning, mu=0.7, noise=0.03), values={"k": 1.2 * K})
-    folder = Path(
-        fmpy.extract(generate_fmu(EKF, tmp_path, DOUBLE, tunable="all"), tmp_path / "unpacked")
-    )
+    archive = generate_fmu(EKF, tmp_path, DOUBLE, tunable="all")
+    folder = Path(fmpy.extract(archive, tmp_path / "unpacked"))
     description = fmpy.read_model_description(str(folder))
     places = {v.name: v.valueReference for v in description.modelVariables if v.causality == "parameter"}
     named = {"parameters.k": 1.2 * K, "parameters.mu": 0.7, "parameters.noise": 0.03}
@@ -360,15 +339,12 @@ def test_another_version_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("version", [2, 3])
-def test_licence_and_documentation_are_inside(
-    unpacked: Unpacked, repository_root: Path, version: int
-) -> None:
+def test_licence_and_pages_are_inside(unpacked: Unpacked, repository_root: Path, version: int) -> None:
     folder = unpacked(EKF, DOUBLE, version)
     documentation = folder / "documentation"
 
-    assert (documentation / "licenses" / "license.txt").read_text() == (
-        repository_root / "LICENSE"
-    ).read_text()
+    licence = documentation / "licenses" / "license.txt"
+    assert licence.read_text() == (repository_root / "LICENSE").read_text()
     page = (documentation / "index.html").read_text()
     assert all(f"<code>{name}</code>" in page for name in ("psi", "F_N", *ESTIMATE))
 

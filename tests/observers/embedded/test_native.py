@@ -10,9 +10,9 @@ import pytest
 from observers import Ekf, Mhe, run
 from observers.embedded import DOUBLE, SINGLE, native
 from reference_rig import RigRecording
-from symbolic import InvalidInputError
 from tests.observers.conftest import RIG
 from tests.observers.embedded.generated_code import DECLARED, needs_compiler
+from tests.refusal import refused
 
 Native = Callable[[Any, native.Real], native.NativeObserver]
 
@@ -57,20 +57,17 @@ def test_every_recording_starts_from_the_prior(compiled_native: Native, recordin
 def test_shapes_are_checked(compiled_native: Native) -> None:
     code, t = compiled_native(Ekf, SINGLE), np.arange(5.0)
 
-    with pytest.raises(InvalidInputError, match="shape of t"):
-        code.run(t, t, t, t[:-1])
+    assert "shape of t" in refused(code.run, t, t, t, t[:-1])
 
 
 def test_without_a_compiler_there_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(native, "compiler", lambda: None)
 
-    with pytest.raises(InvalidInputError, match="no C compiler"):
-        native.compile_native(Ekf(**DECLARED, rig=RIG))
+    assert "no C compiler" in refused(native.compile_native, Ekf(**DECLARED, rig=RIG))
 
 
 @needs_compiler
 def test_a_failing_compiler_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(native, "COMPILER_FLAGS", ("-no-such-flag",))
 
-    with pytest.raises(InvalidInputError, match="was not compiled"):
-        native.compile_native(Ekf(**DECLARED, rig=RIG))
+    assert "was not compiled" in refused(native.compile_native, Ekf(**DECLARED, rig=RIG))

@@ -98,9 +98,8 @@ def test_c_caller(generated: Generate, repository_root: Path) -> None:
     assert header
     code = generated(observer_of(Ekf, DECLARED, AligningTorque()), SINGLE)
     for name, text in (("caller.c", function[1]), ("brushgrip_caller.h", header[1])):
-        (code.folder / name).write_text(
-            text.replace("grip_", "brushgrip_").replace("grip.h", "brushgrip.h")
-        )
+        own = text.replace("grip_", "brushgrip_").replace("grip.h", "brushgrip.h")
+        (code.folder / name).write_text(own)
     sources = ("caller.c", code.core.name)
     library = ctypes.CDLL(str(code.compile("-fPIC", "-shared", sources=sources, out="caller.so")))
     call, seen = library.brushgrip_caller, np.empty((300, len(ESTIMATE)), np.float32)
@@ -133,8 +132,7 @@ def test_block_outputs_what_the_c_estimates(
 
     assert simulate(ctypes.c_int64(300), ctypes.c_double(0.01), *arguments) == 300
     # Outputs are the C's estimates, one step late.
-    expected = code.run(rows)
-    np.testing.assert_array_equal(outputs[1:], expected[:-1])
+    np.testing.assert_array_equal(outputs[1:], code.run(rows)[:-1])
     assert np.ptp(outputs[:, 0]) > 0.01
     for refused in (0.0, -1.0, np.nan):
         assert simulate(ctypes.c_int64(1), ctypes.c_double(refused), *arguments) == 0

@@ -123,8 +123,7 @@ def test_the_fmu_of_a_sensing_is_the_same(recording: RigRecording, tmp_path: Pat
     times = 0.01 * np.arange(SAMPLES)
     given = np.rec.fromarrays([times, *rows.T[:4]], names=["time", "psi", "psi_dot", "M_z", "F_N"])
     archive = str(generate_fmu(observer, tmp_path, DOUBLE))
-    mu = fmpy.simulate_fmu(
-        archive, stop_time=0.01 * SAMPLES, output_interval=0.01, input=given, output=["mu"]
-    )["mu"]
+    simulated = {"stop_time": 0.01 * SAMPLES, "output_interval": 0.01, "output": ["mu"]}
+    mu = fmpy.simulate_fmu(archive, input=given, **simulated)["mu"]
 
     np.testing.assert_allclose(mu[1:], python_estimates(observer, rows)[:, 0], rtol=0, atol=1e-12)

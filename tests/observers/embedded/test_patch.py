@@ -52,9 +52,8 @@ class Patch:
     def __init__(self, code: GeneratedCode) -> None:
         """Compile the patch of generated code."""
         sources = (str(Path(__file__).with_name("patch.c")),)
-        library = code.compile(
-            "-O1", "-fPIC", "-shared", "-std=c99", "-Wall", "-Wextra", sources=sources, out="p.so"
-        )
+        flags = ("-O1", "-fPIC", "-shared", "-std=c99", "-Wall", "-Wextra")
+        library = code.compile(*flags, sources=sources, out="p.so")
         self.real, self._library = code.real, ctypes.CDLL(str(library))
 
     def run(self, psi: Array, F_N: Array, mu: float = MU) -> PatchPath:
@@ -64,10 +63,9 @@ class Patch:
         angles, actual = psi.astype(self.real.dtype), np.zeros((psi.size, 4), self.real.dtype)
         patch = ctypes.create_string_buffer(self._library.patch_size())
         self._library.patch_init(patch, number(float(angles[0])))
-        pointers = [ctypes.c_void_p(array.ctypes.data) for array in (angles, level, actual)]
-        self._library.patch_run(
-            patch, ctypes.c_int64(psi.size), *pointers[:2], number(mu / K), pointers[2]
-        )
+        inputs = [ctypes.c_void_p(array.ctypes.data) for array in (angles, level)]
+        seen = number(mu / K), ctypes.c_void_p(actual.ctypes.data)
+        self._library.patch_run(patch, ctypes.c_int64(psi.size), *inputs, *seen)
         moment, by_scale, by_psi, corners = actual.astype(float).T
         return PatchPath(K * moment, by_scale, K * by_psi, corners)
 
@@ -159,9 +157,8 @@ def test_slope_by_the_angle(patch: Patch, seed: int, varying: bool) -> None:
     F_N = loads(seed, psi.size) if varying else steady(psi.size)
     turn = psi[-1] - psi[-2]
     actual = patch.run(psi, F_N).by_psi[-1]
-    ends = [
-        patch.run(np.append(psi[:-1], psi[-1] + h), F_N).M_z[-1] for h in (1e-3 * turn, -1e-3 * turn)
-    ]
+    beside = [np.append(psi[:-1], psi[-1] + h) for h in (1e-3 * turn, -1e-3 * turn)]
+    ends = [patch.run(path, F_N).M_z[-1] for path in beside]
 
     assert turn != 0
     assert actual == pytest.approx((ends[0] - ends[1]) / (2e-3 * turn), rel=1e-3)

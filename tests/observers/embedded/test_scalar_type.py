@@ -7,9 +7,14 @@ import numpy as np
 import pytest
 
 from observers.embedded import generate
-from observers.embedded.own_names import defined_names, with_prefix
-from observers.embedded.scalar_type import DOUBLE, SINGLE, code_in_type, count_names
-from symbolic import InvalidInputError
+from observers.embedded.scalar_type import (
+    DOUBLE,
+    SINGLE,
+    code_in_type,
+    count_names,
+    defined_names,
+    with_prefix,
+)
 from tests.compile_once import OPTIMISATION
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.generated_code import (
@@ -19,6 +24,7 @@ from tests.observers.embedded.generated_code import (
     observer_named,
     swinging,
 )
+from tests.refusal import refused
 
 CODE = """\
 /* sqrt(2.) of a comment */ // 1.5 there too
@@ -30,15 +36,11 @@ static double f(double x1) {
 
 
 def test_literals_and_functions_are_of_the_type() -> None:
-    assert code_in_type(CODE, SINGLE) == (
-        CODE.replace("sqrt(x1)", "sqrtf(x1)")
-        .replace(" 2. ", " 2.f ")
-        .replace("1.5e-3 ", "1.5e-3f ")
-        .replace(" .5 ", " .5f ")
-        .replace(" 1e9 ", " 1e9f ")
-    )
+    once, expected = code_in_type(CODE, SINGLE), CODE.replace("sqrt(x1)", "sqrtf(x1)")
+    for literal in (" 2.", "1.5e-3", " .5", " 1e9"):
+        expected = expected.replace(f"{literal} ", f"{literal}f ")
+    assert once == expected
     assert code_in_type(CODE, DOUBLE) == CODE
-    once = code_in_type(CODE, SINGLE)
     assert code_in_type(once, SINGLE) == once
 
 
@@ -47,8 +49,7 @@ def test_names_in_comments_and_strings_do_not_count() -> None:
 
 
 def test_a_constant_beyond_the_type_is_refused() -> None:
-    with pytest.raises(InvalidInputError, match="1e60"):
-        code_in_type("x = 1e60;", SINGLE)
+    assert "1e60" in refused(code_in_type, "x = 1e60;", SINGLE)
 
 
 @pytest.mark.parametrize(

@@ -38,9 +38,8 @@ CASES = cases(
 def on_ice(measurement_model: Any, scale: float = 1.0) -> Any:
     """Samples of ice, on which friction is acquired within 0.1 rad."""
     if measurement_model.channels[-1] == "M":
-        made: Any = make_steering_recording(
-            5, constant_friction(0.3), tyre=RigTyre(k=K, mu=0.3), duration=3.0, rate=200.0
-        )
+        drive = {"tyre": RigTyre(k=K, mu=0.3), "duration": 3.0, "rate": 200.0}
+        made: Any = make_steering_recording(5, constant_friction(0.3), **drive)
     else:
         made = make_recording(21, mu=0.05, k=K, bristles=500, duration=6.0)
     return rows_of(made) * [1, 1, scale, 1, 1]
@@ -79,9 +78,8 @@ def test_what_effects_add_to_the_torque_is_taken_off_in_c_too(generated: Generat
     rows[100, 0] = np.nan
     expected, _ = compared(generated, observer, rows, 1e-8, 1e-10)
 
-    np.testing.assert_allclose(
-        generated(observer, DOUBLE).run(rows)[:, 2], expected[:, 2], rtol=1e-8, atol=1e-10
-    )
+    torque = generated(observer, DOUBLE).run(rows)[:, 2]
+    np.testing.assert_allclose(torque, expected[:, 2], rtol=1e-8, atol=1e-10)
     assert expected[:, USABLE].any()
 
 
@@ -110,8 +108,7 @@ def test_a_model_that_explains_nothing_is_doubted_in_c_too(
 @pytest.mark.parametrize(("before", "after"), [(1.0, 0.05), (0.05, 1.0)])
 def test_a_new_ground_is_acquired_anew(generated: Generate, before: float, after: float) -> None:
     made = make_ground_recording(7, friction_step(5.0, before, after), tyre=RigTyre(k=K), duration=10.0)
-    observer = observer_named("ekf declared aligning")
-    expected, status = compared(generated, observer, rows_of(made), 1e-7)
+    expected, status = compared(generated, observer_named("ekf declared aligning"), rows_of(made), 1e-7)
 
     assert (status[500:] & Status.RESET).any()
     assert abs(expected[-1, 0] - after) < 3 * expected[-1, 1]
@@ -141,9 +138,8 @@ def test_implausible_samples_are_those_of_python(generated: Generate, name: str)
     torque = -8 * np.tanh(20 * np.sin(3 * t)) + 0.1 * rng.standard_normal(count)
     if observer.channel == "M":
         torque = -torque
-    rows = np.column_stack(
-        [psi, np.full(count, np.nan), torque, np.full(count, 400.0), np.diff(t, prepend=-0.01)]
-    )
+    silent, load = np.full(count, np.nan), np.full(count, 400.0)
+    rows = np.column_stack([psi, silent, torque, load, np.diff(t, prepend=-0.01)])
     rows[:3, 0], rows[[3, 60, 90], 0] = [50.0, np.nan, 0.2], [0.9, -0.5, 1e6]
     rows[120:127, 0] += 0.4
     rows[160:, 0] -= 1.7
@@ -163,9 +159,7 @@ def test_implausible_samples_are_those_of_python(generated: Generate, name: str)
 
 
 @pytest.mark.parametrize("name", ["ekf declared aligning", "ekf declared steering"])
-def test_a_torque_beyond_the_range_of_the_sensor_is_left_out_in_c(
-    generated: Generate, name: str
-) -> None:
+def test_a_torque_beyond_the_sensors_range_is_left_out_in_c(generated: Generate, name: str) -> None:
     usual = observer_named(name)
     rows = on_ice(usual.measurement_model)
     most = float(0.7 * np.abs(rows[:, 2]).max())

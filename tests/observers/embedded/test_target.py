@@ -20,10 +20,8 @@ PLAIN, ACQUIRING = (1450, 1_800, 9_728, 1_536), (3_600, 9_500, 29_696, 3_072)
 
 def compared(board: Board, generated: Generate, observer: Any, samples: Array) -> tuple[Cost, Array]:
     """What the filter takes on a board, where its friction is Python's, and Python's estimates."""
-    cost, expected = (
-        run_on(board, generated(observer, SINGLE), samples),
-        python_estimates(observer, samples),
-    )
+    cost = run_on(board, generated(observer, SINGLE), samples)
+    expected = python_estimates(observer, samples)
     off = np.abs(cost.estimates - expected)[:, 0].max()
     print(
         f"{board.name}: {cost.instructions:.0f} instructions a step, at most {cost.most}; flash"
@@ -47,8 +45,7 @@ def test_a_whole_recording(
     budget: tuple[int, int, int, int],
 ) -> None:
     observer = observer_named("ekf declared aligning", acquire=acquire)
-    samples = SINGLE.round(rows_of(recording))
-    cost, expected = compared(board, generated, observer, samples)
+    cost, expected = compared(board, generated, observer, SINGLE.round(rows_of(recording)))
 
     np.testing.assert_allclose(cost.estimates[:, 5:8], expected[:, 5:8], rtol=1e-4)
     np.testing.assert_allclose(cost.estimates[:, 8], expected[:, 8], rtol=0, atol=1e-4)
@@ -63,16 +60,14 @@ def test_a_whole_recording(
 @pytest.mark.long
 def test_from_the_steering_torque(generated: Generate, steered: SteeringRecording) -> None:
     observer = observer_named("ekf declared steering", acquire=False)
-    samples = SINGLE.round(rows_of(steered))
-    cost, _ = compared(M4F, generated, observer, samples)
+    cost, _ = compared(M4F, generated, observer, SINGLE.round(rows_of(steered)))
 
     assert cost.instructions < 1700
 
 
 def test_moving_horizon(generated: Generate, recording: RigRecording) -> None:
     observer = observer_named("mhe declared aligning")
-    samples = SINGLE.round(rows_of(recording)[:700])
-    cost, _ = compared(M4F, generated, observer, samples)
+    cost, _ = compared(M4F, generated, observer, SINGLE.round(rows_of(recording)[:700]))
 
     assert cost.most < 90_000
     assert cost.flash < 32.5 * 1024

@@ -45,14 +45,11 @@ def test_an_fmu_has_it_as_an_output(tmp_path: Path) -> None:
     pytest.importorskip("fmpy", reason="fmpy simulates the FMU")
     import fmpy
 
-    archive = generate_fmu(observer_of(Ekf, UNLIKE, AligningTorque()), tmp_path, DOUBLE)
+    unlike = observer_of(Ekf, UNLIKE, AligningTorque())
     given = {"stop_time": 0.02, "output_interval": 0.01, "output": ["weaker"]}
 
+    archive = generate_fmu(unlike, tmp_path, DOUBLE)
     assert fmpy.simulate_fmu(str(archive), **given)["weaker"] == pytest.approx(0.075 / 0.925)
-    archive = generate_fmu(
-        observer_of(Ekf, UNLIKE, AligningTorque()), tmp_path, DOUBLE, tunable="all", name="tuned"
-    )
-    values = {"parameters.asymmetric_friction_ratio": 2.0}
-    assert fmpy.simulate_fmu(str(archive), **given, start_values=values)["weaker"] == pytest.approx(
-        1 / 3
-    )
+    archive = generate_fmu(unlike, tmp_path, DOUBLE, tunable="all", name="tuned")
+    given["start_values"] = {"parameters.asymmetric_friction_ratio": 2.0}
+    assert fmpy.simulate_fmu(str(archive), **given)["weaker"] == pytest.approx(1 / 3)

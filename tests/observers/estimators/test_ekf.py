@@ -102,14 +102,11 @@ def test_equals_filterpy_where_the_steering_torque_is_measured(
     steered: SteeringRecording, ekf: Make, measurement_model: SteeringTorque
 ) -> None:
     observer = ekf(measurement_model=measurement_model, **CLEAN_RIG)
-    samples = sparse(samples_of(columns_of(steered, slice(250, 600))))
-    assert_equals_filterpy(observer, samples, 1e-8)
+    assert_equals_filterpy(observer, sparse(samples_of(columns_of(steered, slice(250, 600)))), 1e-8)
 
 
 @pytest.mark.parametrize("at", [90, *(pytest.param(n, marks=pytest.mark.long) for n in (120, 200))])
-def test_iterations_find_the_minimum_of_the_cost_of_one_sample(
-    recording: RigRecording, ekf: Make, at: int
-) -> None:
+def test_iterations_minimise_the_cost_of_one_sample(recording: RigRecording, ekf: Make, at: int) -> None:
     observer = ekf(**{**CLEAN_RIG, "noise": 0.03}, iterations=12)
     samples = samples_of(columns_of(recording, slice(0, at)))
     space = StateSpace(observer)
@@ -126,9 +123,8 @@ def test_iterations_find_the_minimum_of_the_cost_of_one_sample(
         state = observer.step(observer.init(sample) if state is None else state, sample)
 
     def cost(x: Array) -> float:
-        measured, expected, _, weight = space.measurement(
-            x, *space.update_patch(before, x, last)[1:], last
-        )
+        update = space.update_patch(before, x, last)
+        measured, expected, _, weight = space.measurement(x, *update[1:], last)
         return float((x - mean) @ np.linalg.solve(P, x - mean) + weight * (measured - expected) ** 2)
 
     scale = np.sqrt(np.diag(P))

@@ -72,9 +72,8 @@ def test_moving_window_equals_dense_equations_by_the_book(
         ours = state["x"].reshape(len(observer.states), window)[:, window - len(x) :]
         np.testing.assert_allclose(ours, x.T, rtol=0, atol=1e-9)
         scale = np.sqrt(np.diag(P))
-        np.testing.assert_allclose(
-            state["P_newest"] / np.outer(scale, scale), P / np.outer(scale, scale), rtol=0, atol=1e-8
-        )
+        size, found = np.outer(scale, scale), state["P_newest"]
+        np.testing.assert_allclose(found / size, P / size, rtol=0, atol=1e-8)
         moved = max(moved, np.abs(x[:, 0]).max())
     assert moved > 0.1, "the comparison saw no correction"
 

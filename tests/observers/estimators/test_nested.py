@@ -18,14 +18,9 @@ CLEAN = Tuning(noise=1e-3, error=1e-3, error_travel=0.0, mu_walk=1e-3, zero_std=
 def motion(request: pytest.FixtureRequest) -> SteeredMotion:
     mu = request.param
     t = np.arange(round(SECONDS / STEP) + 1) * STEP
-    made = simulate_steering(
-        2 * mu * np.interp(t, *np.array(KNOTS).T),
-        np.full(t.size, LOAD),
-        np.full(t.size, mu),
-        tyre=RigTyre(mu=mu, k=K, a=RIG.a, e=RIG.e),
-        wheel=Wheel(J_A=0.1, b_t=0.4827),
-    )
-    return made.at(t[::100])
+    tyre, wheel = RigTyre(mu=mu, k=K, a=RIG.a, e=RIG.e), Wheel(J_A=0.1, b_t=0.4827)
+    torque, ones = 2 * mu * np.interp(t, *np.array(KNOTS).T), np.ones(t.size)
+    return simulate_steering(torque, LOAD * ones, mu * ones, tyre=tyre, wheel=wheel).at(t[::100])
 
 
 def errors(observer: Observer, motion: SteeredMotion) -> tuple[float, float]:

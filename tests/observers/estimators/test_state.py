@@ -68,9 +68,8 @@ def test_an_equal_observer_says_the_same(kind: Any, settings: Any, way: str, sam
     assert other is not observer
     np.testing.assert_array_equal(state.values, before.values)
     assert state.layout == before.layout
-    np.testing.assert_array_equal(
-        other.step(state, mine[-1]).values, observer.step(before, mine[-1]).values
-    )
+    ours, theirs = other.step(state, mine[-1]), observer.step(before, mine[-1])
+    np.testing.assert_array_equal(ours.values, theirs.values)
 
 
 @pytest.mark.parametrize(("kind", "settings"), KINDS[:4])
@@ -112,10 +111,8 @@ def test_parts_of_a_state(kind: Any, settings: Any, samples: Any) -> None:
     assert state["x"].shape == ((n,) if kind is Ekf else (n, window))
     assert state["factor"].shape == (n, n)
     assert state["counts"].shape == (2,)
-    assert (observer.screened_step.size1_in(0), observer.screened_step.size1_in(1)) == (
-        state.values.size,
-        6,
-    )
+    sizes = [observer.screened_step.size1_in(i) for i in (0, 1)]
+    assert sizes == [state.values.size, 6]
     assert observer.screened_step.name_in() == ["state", "sample", "constants"]
     assert observer.screened_step.name_out() == ["state_next", "output"]
     with pytest.raises(KeyError):
@@ -125,9 +122,8 @@ def test_parts_of_a_state(kind: Any, settings: Any, samples: Any) -> None:
 def test_layout_joins_column_by_column() -> None:
     layout = Layout((("a", 2, 3), ("b", 2, 1), ("c", 1, 1)))
     a = np.arange(6.0).reshape(2, 3)
-    vector = (
-        ca.evalf(layout.join({"a": ca.MX(a), "b": ca.MX([7.0, 8.0]), "c": ca.MX(9.0)})).full().ravel()
-    )
+    joined = layout.join({"a": ca.MX(a), "b": ca.MX([7.0, 8.0]), "c": ca.MX(9.0)})
+    vector = ca.evalf(joined).full().ravel()
 
     np.testing.assert_array_equal(vector, [0, 3, 1, 4, 2, 5, 7, 8, 9])
     np.testing.assert_array_equal(layout.part(vector, "a"), a)

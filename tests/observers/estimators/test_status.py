@@ -134,9 +134,8 @@ def test_on_a_bound(kind: Any, factor: float, bound: float, samples: Any) -> Non
     assert 0.02 - 1e-12 <= mu.min() <= mu.max() <= 4.0 + 1e-12
     on_bound = np.array([Status.BOUND in e.status for e in said])
     assert on_bound.any()
-    np.testing.assert_array_equal(
-        on_bound, np.isclose(mu, 0.02, rtol=1e-12) | np.isclose(mu, 4.0, rtol=1e-12)
-    )
+    bounds = [np.isclose(mu, bound, rtol=1e-12) for bound in (0.02, 4.0)]
+    np.testing.assert_array_equal(on_bound, np.logical_or(*bounds))
     assert np.isclose(mu[on_bound], bound).mean() > 0.9
 
 

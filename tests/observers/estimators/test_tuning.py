@@ -95,9 +95,8 @@ def test_huber_weight_is_that_of_its_cost() -> None:
     # rho = r^2 within the ordinary size s, 2 s |r| - s^2 beyond it; the weight is rho' / (2 r).
     residual = np.concatenate([-np.logspace(3, -6, 40), [0.0], np.logspace(-6, 3, 40)])
     symbol, ordinary, left_open = (ca.SX.sym(name) for name in ("r", "s", "p"))
-    share = ca.Function(
-        "share", [symbol, ordinary, left_open], [huber_weight(symbol, ordinary, left_open)]
-    )
+    symbols = [symbol, ordinary, left_open]
+    share = ca.Function("share", symbols, [huber_weight(*symbols)])
 
     for size, wider in ((0.5, 0.0), (0.3, 0.4), (inf, 0.0)):
         made = np.array([float(share(r, size**2, wider**2)) for r in residual])

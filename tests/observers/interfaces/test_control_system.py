@@ -14,10 +14,10 @@ from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.control_system import as_system
 from observers.protocol import ESTIMATE
 from reference_rig import RigRecording
-from symbolic import InvalidInputError
 from symbolic.array_alias import Array
 from tests.observers.conftest import RIG, K
 from tests.observers.factories import MODEL_OBSERVERS
+from tests.refusal import refused
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 COUNT = 200
@@ -34,14 +34,8 @@ def columns_of(made: RigRecording) -> dict[str, Array]:
     chosen = slice(100, 100 + COUNT)
     psi, M_z = made.psi[chosen], made.M_z[chosen]
     t = 0.01 * np.arange(COUNT)
-    return {
-        "t": t,
-        "psi": psi,
-        "psi_dot": causal_rate(t, psi),
-        "F_N": made.F_N[chosen],
-        "M_z": M_z,
-        "M": -M_z,
-    }
+    motion = {"t": t, "psi": psi, "psi_dot": causal_rate(t, psi)}
+    return motion | {"F_N": made.F_N[chosen], "M_z": M_z, "M": -M_z}
 
 
 def first_of(columns: dict[str, Array]) -> Sample:
@@ -88,9 +82,8 @@ def test_zeros_stand_for_the_start(observer: ModelObserver, recording: RigRecord
     first = first_of(columns)
     system = as_system(observer, first)
 
-    np.testing.assert_array_equal(
-        response(system, columns), response(system, columns, observer.init(first).values)
-    )
+    with_state = response(system, columns, observer.init(first).values)
+    np.testing.assert_array_equal(response(system, columns), with_state)
 
 
 def test_its_signals_have_the_names_of_samples(observer: ModelObserver, recording: RigRecording) -> None:
@@ -99,11 +92,8 @@ def test_its_signals_have_the_names_of_samples(observer: ModelObserver, recordin
 
     assert system.input_labels == (["psi", "F_N", "M"] if hand else ["psi", "psi_dot", "F_N", "M_z"])
     assert system.output_labels == list(ESTIMATE)
-    assert (
-        system.nstates
-        == observer.init(first_of(columns_of(recording))).values.size
-        == len(set(system.state_labels))
-    )
+    size = observer.init(first_of(columns_of(recording))).values.size
+    assert system.nstates == size == len(set(system.state_labels))
     assert "x[0]" in system.state_labels
     assert (system.dt, system.name) == (0.01, type(observer).__name__.lower())
 
@@ -112,9 +102,8 @@ def closed(
     observer: ModelObserver, first: Sample, torque: str, direct: bool
 ) -> control.InterconnectedSystem:
     """A loop without delay: the torque depends on mu, and what is said of mu on the torque."""
-    hand = control.nlsys(
-        None, lambda _t, _x, u, _p: 2.0 * u[0], inputs=["mu"], outputs=[torque], dt=0.01, name="hand"
-    )
+    named = {"inputs": ["mu"], "outputs": [torque], "name": "hand"}
+    hand = control.nlsys(None, lambda _t, _x, u, _p: 2.0 * u[0], dt=0.01, **named)
     system = as_system(observer, first, direct=direct)
     free = [name for name in system.input_labels if name != torque]
     return control.interconnect([system, hand], inputs=free, outputs=["mu", torque], check_unused=False)
@@ -146,8 +135,7 @@ def test_a_loop_closed_over_the_direct_form_is_algebraic(recording: RigRecording
 def test_needs_a_state_that_is_one_vector(recording: RigRecording) -> None:
     root: Any = RootObserver(rig=RIG, k=K)
 
-    with pytest.raises(InvalidInputError, match="Ekf or Mhe, got RootObserver"):
-        as_system(root, first_of(columns_of(recording)))
+    assert "Ekf or Mhe, got RootObserver" in refused(as_system, root, first_of(columns_of(recording)))
 
 
 def test_observers_do_without_control(repository_root: Path) -> None:

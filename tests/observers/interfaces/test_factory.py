@@ -43,14 +43,11 @@ message_of = partial(refused, from_files)
 def test_the_declared_model_has_the_k_of_the_rig(kind: Any, rig: Path) -> None:
     tuning = Tuning(noise=0.1)
 
-    assert from_files(kind, rig, tuning=tuning) == kind(
-        model=Model(), values={"k": 2.8e6}, rig=WHOLE, tuning=tuning
-    )
+    expected = kind(model=Model(), values={"k": 2.8e6}, rig=WHOLE, tuning=tuning)
+    assert from_files(kind, rig, tuning=tuning) == expected
 
 
-def test_friction_of_each_direction_takes_the_place_of_the_models_ratio(
-    rig: Path, tmp_path: Path
-) -> None:
+def test_friction_of_each_direction_replaces_the_models_ratio(rig: Path, tmp_path: Path) -> None:
     ratio = "asymmetric_friction.ratio"
     shared = {"k": 2.4e6, ratio: 0.8}
     write_model(tmp_path, effects=["asymmetric_friction"], shared=shared, recordings={}, units={})
@@ -83,9 +80,8 @@ def test_what_the_files_hold(rig: Path, tmp_path: Path) -> None:
 
 def test_faults_name_their_file(rig: Path, tmp_path: Path) -> None:
     model = write_model(tmp_path, shared={"k": 2.4e6})
-    assert message_of(Ekf, rig, model).startswith(
-        f"{model}: 'shared' lacks carcass_torsion.k_t [N m/rad]"
-    )
+    lacking = f"{model}: 'shared' lacks carcass_torsion.k_t [N m/rad]"
+    assert message_of(Ekf, rig, model).startswith(lacking)
     for text, fault in (
         (TOML.replace("a = 0.045", "a = 45"), "a must be given in metres, at most 1 m in size, got 45"),
         (TOML.replace("e = 0.009", "e = "), "is not valid TOML: "),
@@ -101,9 +97,8 @@ def test_files_that_are_not_there(rig: Path, tmp_path: Path) -> None:
     assert message_of(Ekf, none) == f"{none}: cannot be read: No such file or directory"
     assert message_of(Ekf, rig, none) == f"{none}: cannot be read: No such file or directory"
     assert message_of(Ekf, tmp_path).startswith(f"{tmp_path}: is a folder, a pipe or a device")
-    assert message_of(Ekf, rig, tmp_path).endswith(
-        "holds no model.json, so it is not the folder of a diagnosis"
-    )
+    said = "holds no model.json, so it is not the folder of a diagnosis"
+    assert message_of(Ekf, rig, tmp_path).endswith(said)
 
 
 def test_the_steering_torque_needs_the_wheel(rig: Path) -> None:
@@ -111,9 +106,8 @@ def test_the_steering_torque_needs_the_wheel(rig: Path) -> None:
     rig.write_text(TOML.replace("J_A = 0.15\n", ""), encoding="utf-8")
 
     assert from_files(Ekf, rig).rig.J_A is None
-    assert message_of(Ekf, rig, measurement_model=SteeringTorque()).startswith(
-        f"{rig}: the rig lacks J_A"
-    )
+    message = message_of(Ekf, rig, measurement_model=SteeringTorque())
+    assert message.startswith(f"{rig}: the rig lacks J_A")
 
 
 def test_faults_of_settings_name_no_file(rig: Path) -> None:

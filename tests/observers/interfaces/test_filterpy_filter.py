@@ -17,9 +17,8 @@ TUNING = Tuning(mu_walk=0.005, noise=0.02)
 @pytest.fixture(scope="module")
 def signals() -> np.ndarray:
     t = np.arange(120) * 0.02
-    return np.vstack(
-        [0.3 * np.sin(2 * t), 0.6 * np.cos(2 * t), np.full(t.size, 400.0), np.full(t.size, 0.02)]
-    )
+    load, step = np.full(t.size, 400.0), np.full(t.size, 0.02)
+    return np.vstack([0.3 * np.sin(2 * t), 0.6 * np.cos(2 * t), load, step])
 
 
 def torque(signals: np.ndarray, mu: float) -> np.ndarray:

@@ -71,9 +71,8 @@ def test_says_what_a_run_says(observer: Observer, recording: RigRecording) -> No
     loop = Loop(observer)
     said = [loop(sample) for sample in samples]
 
-    columns = {
-        name: np.array([getattr(s, name) for s in samples]) for name in ("psi", "F_N", "M_z", "M")
-    }
+    names = ("psi", "F_N", "M_z", "M")
+    columns = {name: np.array([getattr(s, name) for s in samples]) for name in names}
     t = np.arange(COUNT) * samples[0].dt
     made = run(observer, t, columns["psi"], columns["F_N"], columns["M_z"], M=columns["M"])
     for name in ("mu", "mu_std", "M_z_predicted", "informed", "status"):
@@ -207,9 +206,8 @@ def test_an_absent_rate_is_the_causal_one_also_through_gaps_of_the_angle(absent:
     dt = rng.uniform(0.005, 0.02, 60)
     t, psi = np.cumsum(dt), 0.7 + 0.2 * np.sin(np.arange(60) / 7)
     psi[20:23] = psi[40] = np.nan
-    samples = [
-        Sample(psi=p, psi_dot=absent, F_N=400.0, dt=step) for p, step in zip(psi, dt, strict=True)
-    ]
+    rows = zip(psi, dt, strict=True)
+    samples = [Sample(psi=p, psi_dot=absent, F_N=400.0, dt=step) for p, step in rows]
     seen = fed(Listener(), samples).state
     known = np.isfinite(psi)
 

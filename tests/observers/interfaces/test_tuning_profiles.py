@@ -44,9 +44,7 @@ def test_an_error_as_short_as_a_sample_is_noise() -> None:
 
 @pytest.mark.parametrize("share", [0.008, 0.021, 0.03])
 @pytest.mark.parametrize(("seed", "mu"), [(3, 0.4), (4, 0.9), (5, 1.6)])
-def test_tolerances_under_a_small_error_of_the_model_are_no_new_ground(
-    seed: int, mu: float, share: float
-) -> None:
+def test_tolerances_under_a_small_model_error_are_no_ground(seed: int, mu: float, share: float) -> None:
     """A diagnosis fits the lengths of every recording, an observer has those that are declared."""
     planted = {"rate_friction": {"c": 0.04}}
     made = make_recording(seed, planted, mu=mu, k=0.88 * K, a=0.044, bristles=500)

@@ -178,9 +178,8 @@ def test_directions_are_exchanged_where_the_torque_changes_sign() -> None:
         last = now
         now, _ = clean([angle, 0.0, F_N, 0.01, M_z, np.nan], last)
         rig = np.full(len(RIG_NUMBERS), RIG.a)
-        x, A, Q, _ = build_linearised_motion(model)(
-            x, 0.0, 0.0, last, now, rig, Tuning(mu_walk=0.2).vector
-        )
+        motion = build_linearised_motion(model)
+        x, A, Q, _ = motion(x, 0.0, 0.0, last, now, rig, Tuning(mu_walk=0.2).vector)
         variance = np.diag(np.asarray(A) @ np.diag(variance) @ np.asarray(A).T) + np.asarray(Q).ravel()
         seen.append(np.exp(np.asarray(x).ravel()).round(6).tolist())
     ahead, turned = [FORTH, BACK], [BACK, FORTH]

@@ -55,9 +55,8 @@ def test_into_an_empty_place_nothing_moves(measurement_model: MeasurementModel, 
     x, slopes = usual_x(measurement_model), np.ones(len(slope_states(measurement_model)))
     empty = clean(dt=0.0, M=0.0, M_z=0.0)
     x_next, A, Q = motion_of(measurement_model, x, 3.0, slopes, last=clean(dt=last_dt), now=empty)
-    weight = build_linearised_measurement(measurement_model)(
-        x, 3.0, slopes, empty, NUMBERS, TUNING.vector
-    )[2]
+    linearised = build_linearised_measurement(measurement_model)
+    weight = linearised(x, 3.0, slopes, empty, NUMBERS, TUNING.vector)[2]
 
     np.testing.assert_array_equal(x_next, x)
     np.testing.assert_array_equal(A, np.eye(x.size))
@@ -114,9 +113,8 @@ def leapfrogged(steps: Array) -> tuple[Array, Array]:
     last = clean(psi=0.0, M=push(0.0), dt=0.0)
     for t, dt in zip(times[1:], steps, strict=True):
         now = clean(dt=dt, M=push(t))
-        x, *_ = motion_of(
-            measurement_model, x, -SPRING * x[1], np.array([-SPRING, 0.0]), last=last, now=now
-        )
+        slopes = np.array([-SPRING, 0.0])
+        x, *_ = motion_of(measurement_model, x, -SPRING * x[1], slopes, last=last, now=now)
         made.append(x[1:])
         last = now
     angle, rate = np.array(made).T

@@ -67,9 +67,7 @@ def test_torques_without_a_sensor(nothing: float) -> None:
 
 @pytest.mark.parametrize("measurement_model", [AligningTorque(), SteeringTorque()], ids=repr)
 @pytest.mark.parametrize("nothing", [*NOTHING, 0.0, -400.0, 1e-300, 0.03, 19.99])
-def test_without_a_load_the_last_one_is_held(
-    measurement_model: MeasurementModel, nothing: float
-) -> None:
+def test_without_a_load_the_last_is_held(measurement_model: MeasurementModel, nothing: float) -> None:
     now, held = cleaned(measurement_model, F_N=nothing)
     assert (now["F_N"], held) == (LAST["F_N"], True)
 
@@ -102,8 +100,7 @@ def test_the_torque_of_a_wheel_that_is_lifted_says_nothing() -> None:
 @pytest.mark.parametrize("fault", [{"psi": nan}, {"psi": inf}, {"F_N": nan}, {"F_N": 0.0}, {"F_N": inf}])
 def test_first_sample_says_where_the_patch_stands(kind: Any, fault: dict[str, float]) -> None:
     first = Sample(**{"psi": 0.0, "psi_dot": nan, "F_N": 400.0, "dt": 0.01, **fault})
-    told = "first sample must have a finite psi and F_N >= 0.001 N"
-    assert told in refused(make(kind).init, first)
+    assert "first sample must have a finite psi and F_N >= 0.001 N" in refused(make(kind).init, first)
 
 
 @pytest.mark.parametrize("dt", [0.0, -0.01, nan, inf])

@@ -99,9 +99,7 @@ def test_all_declared_values_off_at_once(side: int, stds: float) -> None:
 
 
 def test_other_friction_left_and_right_is_their_mean() -> None:
-    found = estimates(SimulatedCar(mu=(0.3, 0.6)))
-
-    assert found.mu[-1] == pytest.approx(0.45, rel=0.1)
+    assert estimates(SimulatedCar(mu=(0.3, 0.6))).mu[-1] == pytest.approx(0.45, rel=0.1)
 
 
 def test_the_gear_turns_over_at_once_ignores_noise_and_may_be_anything_at_rest() -> None:
@@ -123,10 +121,8 @@ def test_the_gear_turns_over_at_once_ignores_noise_and_may_be_anything_at_rest()
     assert still["dry"] == pytest.approx(forth["dry"], rel=1e-3)
     assert back["dry"] == pytest.approx(12.4, rel=0.02)
     first: Any = np.zeros(len(CLEAN))
-    resting, turning = (
-        dict(zip(CLEAN, np.array(clean(s, first)[0]).ravel().tolist(), strict=True))
-        for s in ([0.0, 0.0, 4000.0, 0.01, 1.0, np.nan], [0.02, 0.0, 4000.0, 0.01, 1.0, np.nan])
-    )
+    seen = [np.array(clean([psi, 0.0, 4000.0, 0.01, 1.0, np.nan], first)[0]) for psi in (0.0, 0.02)]
+    resting, turning = (dict(zip(CLEAN, each.ravel().tolist(), strict=True)) for each in seen)
     # 12.5 N m of gear friction, evenly between both signs.
     assert resting["dry_std"] > 12.5 / 3**0.5 > 2 * turning["dry_std"]
 

@@ -44,10 +44,8 @@ def estimated(kind: Any, made: SteeringRecording, **settings: Any) -> Estimates:
 def test_friction_is_found(
     made: SteeringRecording, kind: Any, settings: Any, measurement_model: SteeringTorque
 ) -> None:
-    estimates, late = (
-        estimated(kind, made, measurement_model=measurement_model, **CLEAN_RIG, **settings),
-        slid(made),
-    )
+    settings = {"measurement_model": measurement_model, **CLEAN_RIG, **settings}
+    estimates, late = estimated(kind, made, **settings), slid(made)
     error = np.abs(estimates.mu - made.mu_true)[late]
 
     assert estimates.informed[late].all()
@@ -57,9 +55,7 @@ def test_friction_is_found(
 
 
 @pytest.mark.parametrize(("kind", "settings"), KINDS)
-def test_friction_is_found_as_the_tuning_stands(
-    made: SteeringRecording, kind: Any, settings: Any
-) -> None:
+def test_friction_is_found_as_tuning_stands(made: SteeringRecording, kind: Any, settings: Any) -> None:
     estimates, late = estimated(kind, made, measurement_model=SteeringTorque(), **settings), slid(made)
 
     assert np.abs(estimates.mu - made.mu_true)[late].max() < 0.1
@@ -81,9 +77,8 @@ def test_a_torque_lost_for_long_counts_alike_at_any_rate(kind: Any, settings: An
     # What is held errs to one side; ten times as many samples of it say no more.
     made = make_steering_recording(11, duration=4.0, rate=rate)
     M = np.where((made.t > 2.0) & (made.t < 3.0), np.nan, made.M)
-    observer = make(
-        kind, measurement_model=SteeringTorque(), noise=0.03, error=inf, gate=inf, **settings
-    )
+    noisy = {"measurement_model": SteeringTorque(), "noise": 0.03, "error": inf, "gate": inf}
+    observer = make(kind, **noisy, **settings)
     said = run(observer, made.t, made.psi, made.F_N, M=M)
     off = np.abs(said.mu - made.mu_true) / said.mu_std
 

@@ -14,11 +14,8 @@ from tests.observers.factories import DECLARED, columns_of, found_model, samples
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
-ARM = (
-    0.75
-    / RIG.a**3
-    * np.trapezoid((RIG.a**2 - (x := np.linspace(-RIG.a, RIG.a, 100001)) ** 2) * np.abs(x - RIG.e), x)
-)
+X = np.linspace(-RIG.a, RIG.a, 100001)
+ARM = 0.75 / RIG.a**3 * np.trapezoid((RIG.a**2 - X**2) * np.abs(X - RIG.e), X)
 """Torque of the declared patch in full slide over load, mu = 1 [m]."""
 EFFECTS = found_model(
     {
@@ -37,8 +34,7 @@ KINDS = [
 
 @pytest.fixture(scope="module")
 def samples() -> list[Sample]:
-    made = make_recording(5, mu=1.4, k=K, duration=4.0, bristles=400)
-    columns = columns_of(made, slice(40, 240))
+    columns = columns_of(make_recording(5, mu=1.4, k=K, duration=4.0, bristles=400), slice(40, 240))
     return samples_of(columns | {"M": -columns["M_z"]})
 
 

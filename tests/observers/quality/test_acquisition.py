@@ -51,14 +51,8 @@ def test_a_hypothesis_is_linear_least_squares() -> None:
     expected, variance = rng.normal(0, 3, 40), 0.02**2
     slid = expected + rng.normal(0, 2, 40)
     measured = 0.7 * expected + 0.4 * slid + 0.2 + 0.02 * rng.standard_normal(40)
-    prior = {
-        "log_likelihood": 0.0,
-        "gain": 1.0,
-        "zero": 0.0,
-        "D_gain": 100.0,
-        "D_zero": 0.04,
-        "D_twist": 0.25,
-    }
+    prior = {"log_likelihood": 0.0, "gain": 1.0, "zero": 0.0}
+    prior |= {"D_gain": 100.0, "D_zero": 0.04, "D_twist": 0.25}
     part: Any = [prior.get(name, 0.0) for name in hypothesis_fields(gear=False)]
     for g, other, y in zip(expected, slid, measured, strict=True):
         part = build_one_hypothesis_update()(part, g, other, y, variance, 0.0)
@@ -76,6 +70,18 @@ def test_a_hypothesis_is_linear_least_squares() -> None:
     np.testing.assert_allclose(variances, np.diag(covariance), rtol=1e-9)
     given_gain = np.linalg.inv(information[:2, :2])[1, 1]
     assert variance_of(found, "zero", given=("gain",)) == pytest.approx(given_gain, rel=1e-9)
+
+
+def test_a_twist_that_moves_no_torque_any_more_leaves_the_zero_known() -> None:
+    names = hypothesis_fields(gear=False)
+    of = {"gain": 1.0, "D_gain": 0.01, "D_zero": 1.0, "D_twist": 0.25}
+    part: Any = [of.get(name, 0.0) for name in names]
+    for sign in (1, -1) * 500:
+        part = build_one_hypothesis_update()(part, 5.0 * sign, 5.0 * sign + 2e-3, 5.0 * sign, 0.1, 1.0)
+    found = dict(zip(names, np.array(part).ravel(), strict=True))
+
+    assert variance_of(found, "zero") < 0.1
+    assert found["left"] < 0.1
 
 
 def path() -> Array:
@@ -108,9 +114,8 @@ def test_branches_add_up_to_fine_bristles(before: float) -> None:
     order, found = np.arange(POINTS), []
     for angle, torque in zip(psi, torques, strict=True):
         track, points, turns, _ = build_track_update()(track, points, angle, torque, 1.0, 1e-9, 1)
-        branches = build_branch_torque().map(POINTS)(
-            turns[:, int(before != 0)].T, order[None], mu, load, np.tile([[K], [0.045], [0.009]], POINTS)
-        )
+        tyres, turned = np.tile([[K], [0.045], [0.009]], POINTS), turns[:, int(before != 0)].T
+        branches = build_branch_torque().map(POINTS)(turned, order[None], mu, load, tyres)
         found.append(float(np.sum(branches.full())))
     np.testing.assert_allclose(found, torques, atol=2e-3 * np.ptp(torques))
 
@@ -259,9 +264,8 @@ def test_tolerances_enter_the_band_as_they_move_full_slide() -> None:
 
     # Even within its tolerance: the standard deviation is that over the root of 3.
     assert tuning.mu_floor == pytest.approx(np.hypot(by_a * 0.001, 0.01) / np.sqrt(3), rel=1e-3)
-    assert (
-        tuning_with_tolerances(Tuning(mu_floor=0.0), Rig(a=0.045, e=0.009), K).mu_floor > tuning.mu_floor
-    )
+    usual = tuning_with_tolerances(Tuning(mu_floor=0.0), Rig(a=0.045, e=0.009), K)
+    assert usual.mu_floor > tuning.mu_floor
 
 
 def test_no_torque_is_weighed_while_a_turn_back_may_be_noise() -> None:
@@ -271,9 +275,8 @@ def test_no_torque_is_weighed_while_a_turn_back_may_be_noise() -> None:
     search, verdict = build_hypothesis_search_start()(0.0, 1, 10.0, 0, 0.2), np.zeros(len(VERDICT))
     counted = []
     for psi in (0.0, 0.005, 0.01, 0.0099, 0.0101, 0.00995, 0.0095, 0.009):
-        search, verdict, _, weighed = build_hypothesis_search_step()(
-            search, verdict, 0, 14, psi, 400.0, -0.3, 0.0, [K, 0.045, 0.009], limits
-        )
+        given = (14, psi, 400.0, -0.3, 0.0, [K, 0.045, 0.009], limits)
+        search, verdict, _, weighed = build_hypothesis_search_step()(search, verdict, 0, *given)
         counted.append(bool(weighed))
     assert counted == [True, True, True, False, True, False, True, True]
 
@@ -299,9 +302,7 @@ def test_a_patch_may_be_twisted_before_the_first_sample(
 
 
 @pytest.mark.parametrize(("before", "after", "when"), [(0.05, 0.8, 0.35), (0.8, 0.3, 0.3)])
-def test_the_ground_may_change_while_friction_is_acquired(
-    before: float, after: float, when: float
-) -> None:
+def test_the_ground_may_change_in_an_acquisition(before: float, after: float, when: float) -> None:
     t = np.arange(0, 15, 0.01)
     psi, mu = 0.25 * np.sin(1.2 * t), np.where(t < when, before, after)
     M_z = bristle_torque(psi, mu) + 0.02 * np.random.default_rng(7).standard_normal(t.size)
@@ -315,9 +316,7 @@ def test_the_ground_may_change_while_friction_is_acquired(
     ("before", "after"), [(0.8, 0.1), (0.8, 0.5), pytest.param(0.5, 0.05, marks=LONG)]
 )
 @pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=LONG)])
-def test_a_fall_of_the_ground_is_known_from_the_steering_torque(
-    kind: Any, before: float, after: float
-) -> None:
+def test_a_fall_of_the_ground_is_known_by_steering(kind: Any, before: float, after: float) -> None:
     """The innovation is that of the angle, which friction moves little: the torque has to tell."""
     made = make_steering_recording(5, friction_step(4.0, before, after), tyre=RigTyre(k=K), rate=500.0)
     observer = kind(model=Model(), values={"k": K}, rig=RIG, measurement_model=SteeringTorque())

@@ -33,8 +33,7 @@ BRISTLES = Model(discretised=True)
 
 def constant(kind: Any, seeds: range, **settings: Any) -> Figures:
     """The figures of runs on ground that stays."""
-    made = map(turned_by_hand, seeds)
-    return figures([errors(r, estimated(kind, r, **settings)) for r in made])
+    return figures([errors(r, estimated(kind, r, **settings)) for r in map(turned_by_hand, seeds)])
 
 
 def walking(walk: float, **settings: Any) -> Figures:

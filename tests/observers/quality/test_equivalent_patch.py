@@ -83,9 +83,8 @@ def test_one_step_serves_all_rigs_and_values() -> None:
 
 
 def test_a_spring_beside_the_steering_torque_is_no_friction() -> None:
-    made = make_steering_recording(
-        5, constant_friction(0.1), tyre=RigTyre(k=K, mu=0.1), duration=6.0, rate=200.0
-    )
+    drive = {"tyre": RigTyre(k=K, mu=0.1), "duration": 6.0, "rate": 200.0}
+    made = make_steering_recording(5, constant_friction(0.1), **drive)
     measured = {"measurement_model": SteeringTorque()}
     without = estimates_of(made, made.M, **measured)
     estimates = estimates_of(made, made.M - 8.0 * made.psi, "steering_return", -8.0, **measured)
@@ -107,14 +106,11 @@ def deviations(mu: float, rate: float, turns: tuple[float, float], **tuning: flo
     t = PERIOD * np.arange(path.psi.size)
     tyre = RigTyre(a=0.05, e=0.011, k=2.21e6, mu=mu)
     planted = [RIG_EFFECTS["rate_friction"](c=0.05), RIG_EFFECTS["carcass_torsion"](k_t=264.0)]
-    truth = simulate_bristles(
-        free_path(t, path.psi, load=LOAD, rate=1 / PERIOD), tyre, planted, bristles=800
-    )
-    observer = Ekf(
-        **found_model({"carcass_torsion.k_t": 264.0, "rate_friction.c": 0.05}, k=2.21e6),
-        rig=Rig(a=0.05, e=0.011, J_A=0.05, b_t=0.1),
-        tuning=replace(PROFILES["real_tyre"], **tuning),
-    )
+    drive = free_path(t, path.psi, load=LOAD, rate=1 / PERIOD)
+    truth = simulate_bristles(drive, tyre, planted, bristles=800)
+    found = found_model({"carcass_torsion.k_t": 264.0, "rate_friction.c": 0.05}, k=2.21e6)
+    rig, tuning = Rig(a=0.05, e=0.011, J_A=0.05, b_t=0.1), replace(PROFILES["real_tyre"], **tuning)
+    observer = Ekf(**found, rig=rig, tuning=tuning)
     M_z = truth.M_z + 0.04 * rng.standard_normal(t.size)
     found = run(observer, t, path.psi, np.full(t.size, LOAD), M_z)
     return np.abs(found.mu - mu)[found.usable] / found.mu_std[found.usable]
@@ -137,9 +133,8 @@ def test_turns_that_slide_the_whole_patch_are_usable_and_right(mu):
 def test_a_gap_that_the_model_knows_does_not_keep_friction_from_being_known(mu: float) -> None:
     """The torque tells its flanks apart; taken for a part of the patch, a gap is never explained."""
     for seed in (31, 32):
-        made = make_recording(
-            seed, {"backlash": {"gap": 0.02}}, mu=mu, k=K, load=400.0, bristles=300, duration=12.0
-        )
+        drive = {"mu": mu, "k": K, "load": 400.0, "bristles": 300, "duration": 12.0}
+        made = make_recording(seed, {"backlash": {"gap": 0.02}}, **drive)
         observer = Ekf(**found_model({"backlash.gap": 0.02}, bristles=40), rig=RIG)
         found = run(observer, made.t, made.psi, made.F_N, made.M_z)
         late = found.usable & (made.t > 8)

@@ -120,9 +120,8 @@ def test_after_a_reset_the_estimate_rests_on_the_prior_again(kind: Any, settings
 
 def test_the_sample_that_resets_is_blamed_no_more_than_is_unknown() -> None:
     # In full slide M_z is proportional to mu, so that its slope by ln mu is M_z itself.
-    observer = make(
-        Ekf, noise=0.1, error=0.02, error_travel=0.0, gate=5.0, zero_std=0.0, zero_walk=0.0, **UNLIMITED
-    )
+    certain = {"error_travel": 0.0, "zero_std": 0.0, "zero_walk": 0.0, **UNLIMITED}
+    observer = make(Ekf, noise=0.1, error=0.02, gate=5.0, **certain)
     samples = settled(70, later=0.5)
     states = list(states_of(observer, samples))
     before, after = (covariance_of(states[i]["factor"])[0, 0] for i in (63, 64))
@@ -142,8 +141,7 @@ def test_the_sample_that_resets_is_blamed_no_more_than_is_unknown() -> None:
 @pytest.mark.parametrize(("kind", "settings"), KINDS)
 def test_alternating_outliers_never_reset(kind: Any, settings: Any) -> None:
     observer = make(kind, **SHARP, **settings)
-    samples = settled(100)
-    faulty = [struck(s, 0.6 * (-1) ** i) if i >= 60 else s for i, s in enumerate(samples)]
+    faulty = [struck(s, 0.6 * (-1) ** i) if i >= 60 else s for i, s in enumerate(settled(100))]
     states = list(states_of(observer, faulty))
     said = [observer.estimate(state) for state in states]
 

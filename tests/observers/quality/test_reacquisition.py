@@ -56,12 +56,10 @@ def test_a_later_acquisition_leaves_open_what_the_patch_was(direction: float) ->
     at = layout.places["track"][0].start
     search[at + TRACK.index("direction")] = direction
     tyre = [K, RIG.a, RIG.e]
-    after = layout.split(
-        ca.MX(ca.DM(build_hypothesis_search_restart()(search, 0, 5, tyre, 1.1, 0.1, 0.3, 0.2)))
-    )
-    track, points, hypotheses = (
-        np.asarray(ca.evalf(after[name])) for name in ("track", "points", "hypotheses")
-    )
+    restarted = build_hypothesis_search_restart()(search, 0, 5, tyre, 1.1, 0.1, 0.3, 0.2)
+    after = layout.split(ca.MX(ca.DM(restarted)))
+    names = ("track", "points", "hypotheses")
+    track, points, hypotheses = (np.asarray(ca.evalf(after[name])) for name in names)
 
     np.testing.assert_array_equal(points[:, 0], 0.2)
     assert points[0, 1] == 0.2 + direction
@@ -118,9 +116,7 @@ def test_what_lasts_is_another_ground_to_a_model_that_was_right_for_long(
     confirmed: int, weight: float, lasting: float, lost: bool
 ) -> None:
     """Of one that had explained less it is the model that is wrong."""
-    after = _tracked(confirmed=confirmed, weight=weight, lasting=lasting, doubt=4.0)
-
-    assert bool(after["lost"]) is lost
+    assert bool(_tracked(confirmed=confirmed, weight=weight, lasting=lasting, doubt=4.0)["lost"]) is lost
 
 
 @pytest.mark.parametrize(("weight", "confirmed"), [(4.0, 0), (8.0, 2), (12.0, 3)])
@@ -208,13 +204,8 @@ def test_a_new_ground_by_the_steering_torque_leaves_the_model_doubted() -> None:
 
 
 def test_a_zero_that_was_dragged_does_not_keep_friction_from_being_confirmed_for_ever() -> None:
-    known = {
-        "is_computed": True,
-        "weight": 10.0,
-        "lasting": 1.0,
-        "predicted": 3.0,
-        "predicted_before": 3.0,
-    }
+    predicted = dict.fromkeys(("predicted", "predicted_before"), 3.0)
+    known = {"is_computed": True, "weight": 10.0, "lasting": 1.0, **predicted}
 
     assert _tracked(**known, again=1, var_zero=0.1)["confirmed"] == PROVED
     assert _tracked(**known, again=1)["confirmed"] == 1, "the zero is known"
@@ -254,13 +245,8 @@ def concluded(
     tuning: Tuning = USUAL, patch: EquivalentPatch = DECLARED_PATCH,
 ) -> dict[str, float]:  # fmt: skip
     """The supervision's own numbers after a sample at which friction may be handed over."""
-    own = dict.fromkeys(OWN, 0.0) | {
-        "acquiring": 1,
-        "phase": 1,
-        "scale": 1,
-        "F_N": 400.0,
-        "again": again,
-    }
+    begun = dict.fromkeys(("acquiring", "phase", "scale"), 1)
+    own = dict.fromkeys(OWN, 0.0) | begun | {"F_N": 400.0, "again": again}
     found = dict.fromkeys(VERDICT, 0.0) | {"variance": 1e-3, "verified": 1, "wiped": 1} | verdict
     told = dict.fromkeys(OUTPUT, 1.0) | {"status": 0} | output
     conclude = build_acquisition_decision(patch, AligningTorque())
@@ -282,9 +268,7 @@ def test_another_friction_is_handed_over_where_the_torque_is_predicted(again: in
 
 @pytest.mark.parametrize("patch", [DECLARED_PATCH, EquivalentPatch(misfit=0.01)])
 @pytest.mark.parametrize(("off", "variance"), [(0.2, 0.0), (0.0, 0.04), (-0.15, 0.01)])
-def test_what_the_scale_may_be_off_by_widens_the_band(
-    off: float, variance: float, patch: EquivalentPatch
-) -> None:
+def test_doubt_of_the_scale_widens_the_band(off: float, variance: float, patch: EquivalentPatch) -> None:
     verdict = {"log_gain": off, "var_log_gain": variance}
     after = concluded(verdict, {}, 1, tuning=Tuning(stiffness_std=0.14), patch=patch)
 

@@ -85,8 +85,7 @@ def test_a_lost_steering_torque_costs_more_but_not_the_truth() -> None:
     # It is what drives the wheel, and one that is missing counts as unknown up to full slide.
     for seed in STEERED_RUNS:
         made = without_torque(seed)
-        estimates = estimated(Ekf, made, **CLEAN_WITH_FAULTS)
-        run = errors(made, estimates)
+        run = errors(made, estimated(Ekf, made, **CLEAN_WITH_FAULTS))
 
         assert run.late_rmse < 0.02
         assert np.mean(run.normal[run.slid :] ** 2) < 1

@@ -63,9 +63,7 @@ def test_an_angle_that_no_wheel_has_does_not_move_friction(size: float, samples:
 
 
 @pytest.mark.parametrize("jump", [-0.4, 2.0])
-def test_a_new_zero_of_the_sensor_is_taken_off_after_its_time(
-    jump: float, samples: list[Sample]
-) -> None:
+def test_a_new_zero_of_a_sensor_is_taken_off_after_its_time(jump: float, samples: list[Sample]) -> None:
     expected, _ = along(make(Ekf), samples)
     mu, status = along(make(Ekf), faulty(samples, slice(AT, None), psi=lambda psi: psi + jump))
 
@@ -130,13 +128,10 @@ def test_no_measured_recording_is_implausible(name: str, measured_dir: Path) -> 
 def test_a_torque_near_the_declared_range_is_left_out(samples: list[Sample]) -> None:
     observer, other = (make(Ekf, rig=replace(EXACT_RIG, range=most)) for most in (10.0, 20.0))
     start = observer.init(samples[0])
-    seen = {
-        M_z: Status.IMPLAUSIBLE
-        in observer.estimate(observer.step(start, replace(samples[1], M_z=M_z))).status
-        for M_z in (9.4, -9.4, 9.6, -9.6)
-    }
+    tested = [replace(samples[1], M_z=M_z) for M_z in (9.4, -9.4, 9.6, -9.6)]
+    seen = [observer.estimate(observer.step(start, sample)).status for sample in tested]
 
-    assert seen == {9.4: False, -9.4: False, 9.6: True, -9.6: True}
+    assert [Status.IMPLAUSIBLE in status for status in seen] == [False, False, True, True]
     assert observer.screened_step is other.screened_step
     assert make(Ekf, rig=EXACT_RIG).sample_limits == Tuning().limits
     lower = make(Ekf, rig=replace(EXACT_RIG, range=10.0), torque_limit=3.0)

@@ -85,9 +85,7 @@ def test_a_quick_turn_from_sample_to_sample_is_evidence_of_a_wrong_sign() -> Non
 
 
 @pytest.mark.parametrize("cause", ["has the other sign", "stays the same"])
-def test_a_torque_that_comes_more_seldom_than_the_angle_is_evidence(
-    recording: RigRecording, cause: str
-) -> None:
+def test_a_torque_more_seldom_than_the_angle_is_evidence(recording: RigRecording, cause: str) -> None:
     """Nine samples without a torque beside each with one."""
     columns = columns_of(recording)
     torque = -columns["M_z"] if "sign" in cause else columns["M_z"].copy()
@@ -128,9 +126,8 @@ def test_of_a_noisy_torque_the_last_change_before_a_limit_may_be_small(
 ) -> None:
     torques = 4.0 + np.cumsum([*changes, *[0.0] * 12])
     psi = -0.004 * np.arange(torques.size)
-    samples = [
-        Sample(psi=p, psi_dot=-0.4, F_N=400.0, dt=0.01, M_z=m) for p, m in zip(psi, torques, strict=True)
-    ]
+    rows, usual = zip(psi, torques, strict=True), {"psi_dot": -0.4, "F_N": 400.0, "dt": 0.01}
+    samples = [Sample(psi=p, M_z=m, **usual) for p, m in rows]
 
     assert any("the same" in cause for cause in suspicions_of(samples, RIG, "M_z")) == is_told
 
@@ -158,11 +155,7 @@ def test_a_torque_that_noise_hides_at_first_raises_no_suspicion() -> None:
     slope = K * (2 * RIG.a**3 / 3 + 2 * RIG.a * RIG.e**2)
     for seed in range(60):
         torque = -slope * psi + 0.15 * np.random.default_rng(seed).standard_normal(psi.size)
-        _, estimates = along(
-            [
-                Sample(psi=angle, psi_dot=0.0, F_N=400.0, dt=0.01, M_z=M_z)
-                for angle, M_z in zip(psi, torque, strict=True)
-            ]
-        )
+        rows, usual = zip(psi, torque, strict=True), {"psi_dot": 0.0, "F_N": 400.0, "dt": 0.01}
+        _, estimates = along([Sample(psi=angle, M_z=M_z, **usual) for angle, M_z in rows])
 
         assert not any(Status.SUSPECT in one.status for one in estimates)

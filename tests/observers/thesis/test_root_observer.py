@@ -202,9 +202,8 @@ def test_measured_on_steel_it_is_as_good_as_published(
     states = states_of(observer, recording.psi, recording.M_z, recording.F_N)
     spent = (perf_counter() - begin) / len(states)
     author, settled, found = columns[MU], columns[TIME] >= SETTLED, mu_of(states)[same]
-    ours, theirs, bounded = (
-        rms(mu[settled] - DECLARED) for mu in (found, author, np.clip(author, *observer.bounds))
-    )
+    estimates = (found, author, np.clip(author, *observer.bounds))
+    ours, theirs, bounded = (rms(mu[settled] - DECLARED) for mu in estimates)
     rootless = np.mean([not state.solved for state in states[shift:]])
     print(
         f"{name}: rmse {ours:.3f}, published {theirs:.3f} ({bounded:.3f} within our bounds); no root in"

@@ -10,9 +10,9 @@ import pytest
 from identification import read_recording
 from identification.thesis.author_estimate import aligned, author_estimate_file, read_author_estimate
 from observers import zone_history
-from symbolic import InvalidInputError
 from symbolic.patch_interface import PatchInputs
 from symbolic.zone_patch import ZonePatch
+from tests.refusal import refused
 
 
 def path(*corners: float, step: float = 0.01) -> np.ndarray:
@@ -53,9 +53,8 @@ def test_true_zones_are_those_of_the_exact_patch() -> None:
     patch = ZonePatch()
     inputs = PatchInputs(speed=0.0, dt=0.01, F_N=400.0, factor=1.0, mu=1.2, k=2.4e6, a=0.045, e=0.009)
     before, turn = ca.MX.sym("memory", patch.size), ca.MX.sym("turn")
-    advance = ca.Function(
-        "advance", [before, turn], [patch.advance(before, turn, patch.coefficients(inputs))]
-    )
+    advanced = patch.advance(before, turn, patch.coefficients(inputs))
+    advance = ca.Function("advance", [before, turn], [advanced])
     memory, found = patch.initial(), []
     for angle in np.diff(psi, prepend=psi[0]):
         memory = advance(memory, angle).full().ravel()
@@ -69,10 +68,8 @@ def test_true_zones_are_those_of_the_exact_patch() -> None:
 
 @pytest.mark.parametrize("psi", [np.zeros((2, 2)), np.array([]), np.array([0.0, np.nan])])
 def test_nonsense_is_refused(psi: np.ndarray) -> None:
-    with pytest.raises(InvalidInputError, match="psi"):
-        zone_history(psi)
-    with pytest.raises(InvalidInputError, match="least_turn"):
-        zone_history(np.zeros(3), least_turn=-1.0)
+    assert "psi" in refused(zone_history, psi)
+    assert "least_turn" in refused(zone_history, np.zeros(3), least_turn=-1.0)
 
 
 @pytest.mark.measured

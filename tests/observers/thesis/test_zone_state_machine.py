@@ -131,17 +131,14 @@ class Printed:
         """The integral (2.3) by quadrature, zone by zone."""
         tyre = self.tyre
         cuts = sorted({-tyre.a, *self.outer, *self.inner, tyre.a})
-        return tyre.k * sum(
-            quad(lambda x: self(x) * (x - tyre.e), *piece)[0] for piece in pairwise(cuts)
-        )
+        pieces = [quad(lambda x: self(x) * (x - tyre.e), *piece)[0] for piece in pairwise(cuts)]
+        return tyre.k * sum(pieces)
 
 
 @pytest.mark.parametrize("e", [0.009, 0.0, -0.02])
 @pytest.mark.parametrize("turn", [0.1, -0.5, 1.0, -2.5])
 @pytest.mark.parametrize("back", [None, 0.9, 0.3, -0.2, -0.95])
-def test_torque_is_the_integral_of_the_printed_deformation(
-    e: float, turn: float, back: float | None
-) -> None:
+def test_torque_is_the_integral_of_deformation(e: float, turn: float, back: float | None) -> None:
     tyre = replace(TYRE, e=e)
     psi_max = turn * REACH
     state = ZoneState(extreme=psi_max, psi_max=psi_max, zones=3 if back is None else 5)

@@ -18,6 +18,8 @@ from symbolic.vehicle.mean_wheel import (
     friction_uncertainties,
 )
 from symbolic.vehicle.steering import jacking_torque, lever, mean_angle, rack_force, rack_position
+from symbolic.vehicle.variable_ratio import pinion_of_rack, rack_of_pinion
+from tests.refusal import refused
 
 CAR = Vehicle(front_axle_load=8000.0, tyre_width=0.2, pressure=2.4e5, wheelbase=2.6, track=1.5)
 TABLE = {
@@ -34,9 +36,8 @@ def lowest_point(car: Vehicle, psi: float, side: int) -> np.ndarray:
     axis = np.array([-np.tan(car.caster), -side * np.tan(car.inclination), 1.0])
     turn = Rotation.from_rotvec(psi * axis / np.linalg.norm(axis))
     around = np.linspace(0, 2 * np.pi, 200_001)
-    rim = np.array(
-        [-car.trail, side * car.scrub_radius, car.wheel_radius]
-    ) + car.wheel_radius * np.stack([np.sin(around), 0 * around, np.cos(around)], axis=1)
+    axle = np.array([-car.trail, side * car.scrub_radius, car.wheel_radius])
+    rim = axle + car.wheel_radius * np.stack([np.sin(around), 0 * around, np.cos(around)], axis=1)
     points = turn.apply(rim)
     low = points[np.argmin(points[:, 2])]
     return np.array([*(low - axis / axis[2] * low[2])[:2], low[2]])
@@ -92,9 +93,8 @@ def test_the_lever_is_the_derivative_of_the_angle() -> None:
 @pytest.mark.parametrize("psi", [-0.5, 0.2, 0.6])
 def test_the_body_is_lifted_by_both_wheels(psi: float) -> None:
     car = replace(CAR, trail=0.03, scrub_radius=0.02)
-    heights = [
-        sum(-lowest_point(car, at, side)[2] for side in (1, -1)) / 2 for at in (psi - 0.01, psi + 0.01)
-    ]
+    sides, beside = (1, -1), (psi - 0.01, psi + 0.01)
+    heights = [sum(-lowest_point(car, at, side)[2] for side in sides) / 2 for at in beside]
     # Turning lowers the wheels below the kingpins: it lifts the body.
     expected = car.wheel_load * (heights[1] - heights[0]) / 0.02
 
@@ -141,12 +141,8 @@ def test_one_line_turns_as_hard_as_a_contact(turn: float, scrub_radius: float) -
 
 
 def test_tolerances_reach_the_wheel() -> None:
-    sure = replace(
-        CAR,
-        tolerances=VehicleTolerances(
-            load=0.0, half_length=0.0, stiffness=0.0, geometry=0.0, force_scale=0.0
-        ),
-    )
+    none = dict.fromkeys(("load", "half_length", "stiffness", "geometry", "force_scale"), 0.0)
+    sure = replace(CAR, tolerances=VehicleTolerances(**none))
     wide, narrow = rig_of(CAR)[0].tolerances, rig_of(sure)[0].tolerances
 
     assert isinstance(rig_of(CAR)[0], Rig)
@@ -162,9 +158,8 @@ def test_the_load_is_in_the_half_length_where_that_follows_from_it(half_length: 
     growth = np.log(slides[1] / slides[0]) / np.log(1.02)
 
     # Standard deviations are 0.68 of a tolerance, that of the load is 10 %.
-    assert friction_uncertainties(car, brakes=True)["front_axle_load"] == pytest.approx(
-        0.068 * growth, rel=0.01
-    )
+    of_load = friction_uncertainties(car, brakes=True)["front_axle_load"]
+    assert of_load == pytest.approx(0.068 * growth, rel=0.01)
 
 
 def test_the_scale_of_the_force_is_in_friction_until_the_tyres_are_identified() -> None:
@@ -173,22 +168,18 @@ def test_the_scale_of_the_force_is_in_friction_until_the_tyres_are_identified() 
 
     # Standard deviations are 0.68 of a tolerance, and those of the scale EVEN of one.
     assert floors[0] - floors[1] == pytest.approx((0.68 / EVEN) ** 2 * (0.2**2 - 0.05**2))
-    identified = replace(rough, slide_factor=1.1)
-    assert "force_scale" not in friction_uncertainties(identified, brakes=True)
+    assert "force_scale" not in friction_uncertainties(replace(rough, slide_factor=1.1), brakes=True)
 
 
 def test_force_on_the_rack_as_torque_of_a_wheel() -> None:
     plain = replace(CAR, inclination=0.0, caster=0.0, lever_loss=0.0, rack_mass=100.0)
 
     # 20 N m s of each wheel at 0.4 rad/s, 1 kg m^2 of each at 16 rad/s^2.
-    assert aligning_torque_with_friction(plain, 0.01, 1000.0, 0.05, 2.0, brakes=False) == pytest.approx(
-        -0.125 / 2 * 800 + 20 * 0.4 + 16
-    )
+    expected = pytest.approx(-0.125 / 2 * 800 + 20 * 0.4 + 16)
+    assert aligning_torque_with_friction(plain, 0.01, 1000.0, 0.05, 2.0, brakes=False) == expected
     # 0.04 kg m^2 before a pinion of 10 mm a radian are 400 kg more.
     by_hand = replace(plain, steering_ratio=12.5, handwheel_inertia=0.04)
-    assert aligning_torque_with_friction(
-        by_hand, 0.01, 1800.0, 0.05, 2.0, brakes=False
-    ) == pytest.approx(-0.125 / 2 * 800 + 20 * 0.4 + 16)
+    assert aligning_torque_with_friction(by_hand, 0.01, 1800.0, 0.05, 2.0, brakes=False) == expected
 
 
 def test_from_the_handwheel() -> None:
@@ -197,6 +188,49 @@ def test_from_the_handwheel() -> None:
     # 10 mm of rack a radian of the pinion, which 2 N m twist by 0.02 rad.
     assert rack_position(car, 1.0, 2.0) == pytest.approx(0.01 * 0.98)
     assert rack_force(car, 2.0, 1.0) == pytest.approx((2.0 + 10.0) / 0.01)
+
+
+def test_a_ratio_that_varies() -> None:
+    pairs = ((1.0, 0.008), (2.0, 0.018), (4.0, 0.042))
+    car = replace(
+        CAR, rack_by_handwheel=pairs, torsion_bar=100.0, motor_ratio=20.0, motor_efficiency=0.5
+    )
+    angles = np.array([-7.0, -4.0, -1.5, -1e-3, 0.0, 1.0, 2.0, 3.0, 4.0, 4.1, 50.0])
+    ways, gains = rack_of_pinion(car, angles)
+
+    assert ways[[1, 4, 5, 6, 8]] == pytest.approx([-0.042, 0.0, 0.008, 0.018, 0.042])
+    # Straight on beyond the last pair, 12 mm a radian, and alike to the right.
+    assert ways[[0, 9, 10]] == pytest.approx([-0.078, 0.0432, 0.594])
+    assert gains[[0, 4, 8, 10]] == pytest.approx([0.012, 0.008, 0.012, 0.012])
+    step = (rack_of_pinion(car, angles + 1e-6)[0] - rack_of_pinion(car, angles - 1e-6)[0]) / 2e-6
+    assert gains == pytest.approx(step, rel=1e-4)
+    assert pinion_of_rack(car, ways) == pytest.approx(angles, abs=1e-6)
+    assert np.isnan(rack_of_pinion(car, np.array([np.nan]))).all()
+    assert rack_force(car, 2.4, 1.0, 5.0) == pytest.approx(2.4 / 0.012 + 10.0 / 0.008)
+    assert "angle of the pinion" in refused(rack_force, car, 2.0)
+    one = replace(CAR, rack_by_handwheel=((1.0, 0.01),))
+    assert rack_position(one, 3.0, 0.0) == pytest.approx(0.03)
+    assert one.rack_gain == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        ([[0.0, 0.0], [1.5, 0.012], [1.5, 0.02]], "rack_by_handwheel must have pairs of rad and m"),
+        ([[1.5, 0.012], [3.0, 0.011]], "1.5, 0.012"),
+        ([[1.5, 12.0]], "0.06 m/rad"),
+        ([[90.0, 0.012]], "0.00125 to"),
+        ([[float("inf"), float("inf")]], "rack_by_handwheel"),
+        ([[1.5, "wide"]], "rack_by_handwheel"),
+        ([[1.5, 0.012, 3]], "write [[rad, m], ...]"),
+        (15.0, "write [[rad, m], ...]"),
+    ],
+)
+def test_pairs_of_a_ratio_that_are_refused(entry: object, message: str) -> None:
+    table = {"vehicle": TABLE | {"rack_by_handwheel": entry}}
+    assert message in refused(vehicle_from_tables, table)
+    table["vehicle"]["steering_ratio"] = 15.0
+    assert "in place of steering_ratio" in refused(vehicle_from_tables, table)
 
 
 def test_a_leaning_kingpin_takes_part_of_the_torque() -> None:

@@ -13,24 +13,15 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     ${name}_filter_t *after = &state->filter[1 - state->now];
     ${real} output[OUTPUTS], now[${clean}], signals[4], torque[TORQUES] = {0}, slide[2] = {0}, imputed = 0.0;
     const ${real} mu = state->output[OUT_MU];
-%% if follows_mu
-    ${real} retention[${walk + 1}];
-%% else
-    const ${real} retention[1] = {1.0};
-%% endif
-    int32_t i;
+    ${real} retention[${walk + 1}]; %% if follows_mu
+    const ${real} retention[1] = {1.0}; %% if not follows_mu
     clean(sample, before->last, now, &imputed);
 %% if other
     /* The states of both directions of friction are exchanged before the patch is advanced. */
     const ${real} mu_now = now[${exchanged}] != 0.0 && now[${clean_dt}] > 0.0 ? any_exp(before->x[${other}]) : mu;
 %% endif
 %% if follows_mu
-    retentions(before->factor, before->last, now${constants_at}, retention);
-%% if walk > 1
-    /* From ln mu to mu. */
-    retention[1] /= mu;
-    retention[2] *= mu;
-%% endif
+    retentions(before->factor, before->last, now${", mu" if walk > 1}${constants_at}, retention);
 %% endif
 %% if not advances_at_corrected_state
     /* The patch at the angle of the sample; the states that its torque depends on only walk until then. */
@@ -47,24 +38,16 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
         patch_signals(after->x, now, signals);
         advance_patch(&state->patch, signals, output[OUT_MU], ${stiffness_after}, retention, torque, slide);
         after->M_z[0] = torque[M_Z];
-%% for slope in slopes
-        after->slopes[${loop.index0}] = ${slope};
-%% endfor
-%% if slides
-        effective_friction(output[OUT_MU], output[OUT_MU_STD], signals[2], slide, &output[OUT_MU_EFF], &output[OUT_MU_EFF_STD], &output[OUT_M_SLIDE]);
-%% endif
+        after->slopes[${loop.index0}] = ${slope}; %% for slope in slopes
+        effective_friction(output[OUT_MU], output[OUT_MU_STD], signals[2], slide, &output[OUT_MU_EFF], &output[OUT_MU_EFF_STD], &output[OUT_M_SLIDE]); %% if slides
         output[OUT_M_Z_PREDICTED] = torque[M_Z];
     }
 %% endif
 %% include "estimators/refuse.c"
-%% if follows_mu
-    if (((int32_t)output[OUT_STATUS] & ${NAME}_RESET) != 0) {
-        forget_sensitivity(&state->patch, retention[${walk}]);
-    }
-%% endif
+    if (((int32_t)output[OUT_STATUS] & ${NAME}_RESET) != 0) { %% if follows_mu
+        forget_sensitivity(&state->patch, retention[${walk}]); %% if follows_mu
+    } %% if follows_mu
     state->now = 1 - state->now;
-    for (i = 0; i < OUTPUTS; ++i) {
-        state->output[i] = output[i];
-    }
+    set_numbers(state->output, output, OUTPUTS);
     return (int32_t)output[OUT_STATUS];
 }

@@ -1,39 +1,33 @@
 /* Supervision: friction is acquired among hypotheses before the estimator tracks it. -------------------------- */
 
-enum { HYPOTHESES = ${ratios|length}, POINTS = ${points}, PATHS = ${paths} };
+enum { HYPOTHESES = ${hypotheses.RATIOS|length}, POINTS = ${branches.POINTS}, PATHS = ${branches.PATHS} };
 /* Own numbers of the supervision, the present branch of the path with what the torques so far were worth, the tuning,
    moments of stiffness over the declared one [1], zero [N m] and twist [1] under a hypothesis. */
-%% for prefix, names in (("OWN", own), ("TRACK", track), ("LIMIT", limits), ("PART", parts), ("VERDICT", verdict))
+%% for prefix, names in (("OWN", acquisition.OWN), ("TRACK", branches.TRACK), ("LIMIT", hypotheses.SETTINGS), ("PART", parts), ("VERDICT", verdicts.VERDICT))
 enum {
-%% for name in names
-    ${prefix}_${name|upper},
-%% endfor
+    ${prefix}_${name|upper}, %% for name in names
     ${prefix}S
 };
 %% endfor
 
 /* mu at the declared k under each hypothesis [1]. */
-static const ${real} RATIOS[HYPOTHESES] = {${ratios|join(", ")}};
+static const ${real} RATIOS[HYPOTHESES] = {${hypotheses.RATIOS|join(", ")}};
 
 /* The hypotheses begin anew: mean and deviation of the stiffness over the declared one [1], of the zero [N m]; mean of the
    twist before the first sample [1]. */
 static void begin_search(${name}_state_t *state, ${real} gain, ${real} gain_std, ${real} zero, ${real} zero_std, ${real} twist) {
-    int32_t i, j;
+    int32_t i;
     for (i = 0; i < HYPOTHESES; ++i) {
         ${real} *part = state->hypotheses[i];
-        for (j = 0; j < PARTS; ++j) {
-            part[j] = 0.0;
-        }
+        fill_numbers(part, 0.0, PARTS);
         part[PART_GAIN] = gain;
         part[PART_ZERO] = zero;
         part[PART_D_GAIN] = gain_std * gain_std;
         part[PART_D_ZERO] = zero_std * zero_std;
         part[PART_TWIST] = twist;
-        part[PART_D_TWIST] = ${twist_std} * ${twist_std};
-%% if gear
-        part[PART_GEAR] = 1.0;
-        part[PART_D_GEAR] = ${gear_spread} * ${gear_spread};
-%% endif
+        part[PART_D_TWIST] = ${hypotheses.TWIST_STD} * ${hypotheses.TWIST_STD};
+        part[PART_GEAR] = 1.0; %% if gear
+        part[PART_D_GEAR] = ${gear_spread} * ${gear_spread}; %% if gear
     }
     state->track[TRACK_REACH] = 0.0;
     state->track[TRACK_EXPLAINED] = 0.0;
@@ -42,42 +36,22 @@ static void begin_search(${name}_state_t *state, ${real} gain, ${real} gain_std,
 
 /* The state before the first sample. The first verdict, before any torque counts, is the prior. */
 static void begin_supervision(${name}_state_t *state, const ${real} *sample) {
-    int32_t i;
-    for (i = 0; i < OWNS; ++i) {
-        state->own[i] = 0.0;
-    }
+    fill_numbers(state->own, 0.0, OWNS);
     state->own[OWN_ACQUIRING] = 1.0;
     state->own[OWN_PHASE] = 1.0;
     state->own[OWN_SCALE] = 1.0;
     state->own[OWN_F_N] = sample[2];
     state->own[OWN_F_N_FIRST] = sample[2];
     state->own[OWN_PATCH_PSI] = sample[0];
-    for (i = 0; i < VERDICTS; ++i) {
-        state->verdict[i] = 0.0;
-    }
-    for (i = 0; i < TRACKS; ++i) {
-        state->track[i] = 0.0;
-    }
+    fill_numbers(state->verdict, 0.0, VERDICTS);
+    fill_numbers(state->track, 0.0, TRACKS);
     state->track[TRACK_COUNT] = 1.0;
     state->track[TRACK_COUNT_SLID] = 1.0;
     state->track[TRACK_EXTREME] = sample[0];
     state->track[TRACK_ORIGIN] = sample[0];
-    for (i = 0; i < POINTS * PATHS; ++i) {
-        state->points[i] = sample[0];
-    }
-%% if block
-    for (i = 0; i < ${block}; ++i) {
-        state->block[i] = 0.0;
-    }
-%% endif
-    begin_search(state, 1.0, ${vague}, 0.0, ${zero_std}, 0.0);
-}
-
-static void set_numbers(${real} *numbers, const ${real} *values, int32_t count) {
-    int32_t i;
-    for (i = 0; i < count; ++i) {
-        numbers[i] = values[i];
-    }
+    fill_numbers(state->points, sample[0], POINTS * PATHS);
+    fill_numbers(state->block, 0.0, ${block}); %% if block
+    begin_search(state, 1.0, ${hypotheses.VAGUE}, 0.0, ${zero_std}, 0.0);
 }
 
 /* The search anew on a ground that has changed; M_z is the torque [N m]; where an innovation lasted, the scale and the
@@ -85,15 +59,15 @@ static void set_numbers(${real} *numbers, const ${real} *values, int32_t count) 
 static void restart_search(${name}_state_t *state, ${real} M_z, const ${real} *tyre, bool tracked, ${real} zero_std, ${real} moved) {
     const ${real} scale = state->own[OWN_SCALE];
     /* Garbage may have moved the zero of the estimator anywhere. */
-    const ${real} zero = scale * ${zero_state}, most = ${most_zero} * zero_std;
-    const ${real} gain = tracked ? any_exp(state->verdict[VERDICT_LOG_GAIN]) : scale, gain_std = tracked ? moved * ${restart_std} : ${vague};
+    const ${real} zero = scale * ${zero_state}, most = ${tracking.MAX_ZERO_DEVIATIONS} * zero_std;
+    const ${real} gain = tracked ? any_exp(state->verdict[VERDICT_LOG_GAIN]) : scale, gain_std = tracked ? moved * ${hypotheses.RESTART_STD} : ${hypotheses.VAGUE};
     ${real} track[TRACKS];
     new_ground(state->track, M_z, state->result[OUT_M_SLIDE], tyre, track, state->points);
     begin_search(state, gain, gain_std, (zero > most) ? most : ((zero < -most) ? -most : zero), moved * zero_std, 0.5 * gain);
     set_numbers(state->track, track, TRACKS);
     state->own[OWN_PHASE] = 0.0;
-    if (state->own[OWN_DOUBT] > ${afterwards}) {
-        state->own[OWN_DOUBT] = ${afterwards};
+    if (state->own[OWN_DOUBT] > ${tracking.AFTERWARDS}) {
+        state->own[OWN_DOUBT] = ${tracking.AFTERWARDS};
     }
 }
 
@@ -113,7 +87,7 @@ static int32_t find_branches(const ${name}_state_t *state, ${real} psi, const ${
             const ${real} virgin = fabs(j == 0 ? turn : 0.5 * turn);
             weight[found] = tyre[0] * turn;
             place[found] = 3.0 * state->own[OWN_F_N] / (4.0 * tyre[1] * tyre[1] * tyre[1] * tyre[0] * virgin);
-            place[found] = place[found] < ${far} ? place[found] : ${far};
+            place[found] = place[found] < ${branches.FAR} ? place[found] : ${branches.FAR};
             path_of[found] = j < counts[path] - shared ? path : 2;
             ++found;
         }
@@ -145,9 +119,7 @@ static void weigh_torque(${name}_state_t *state, int32_t beside, ${real} psi, co
             sums[path_of[j]] -= weight[j] * (stuck - slides);
         }
         hypothesis(state->hypotheses[i], sums[0] + sums[2], sums[1] + sums[2], M_z, variance, share${", " ~ dry if gear}, part);
-%% for name in parts
-        state->hypotheses[i][PART_${name|upper}] = part[PART_${name|upper}];
-%% endfor
+        state->hypotheses[i][PART_${name|upper}] = part[PART_${name|upper}]; %% for name in parts
     }
     change += state->hypotheses[likeliest][PART_LOG_LIKELIHOOD];
     for (i = 0; i < HYPOTHESES; ++i) {
@@ -168,7 +140,7 @@ static ${real} search(${name}_state_t *state, int32_t beside, ${real} psi, ${rea
     const bool is_certain = !((turned > 0.0) && (turned <= limits[LIMIT_PSI_NOISE]));
     /* At rest that noise is no turn: the torque tells its zero. */
     const ${real} away = fabs(given - state->track[TRACK_ORIGIN]);
-    const ${real} at = ((direction == 0.0) && (away <= ${start} * limits[LIMIT_PSI_NOISE])) ? state->track[TRACK_ORIGIN] : given;
+    const ${real} at = ((direction == 0.0) && (away <= ${branches.START} * limits[LIMIT_PSI_NOISE])) ? state->track[TRACK_ORIGIN] : given;
     const bool weighs = known && is_certain && (state->own[OWN_PHASE] == 0.0);
     const ${real} counts = weighs ? 1.0 : 0.0;
     ${real} track[TRACKS], points[POINTS * PATHS], share, size, variance, noisy;
@@ -179,9 +151,7 @@ static ${real} search(${name}_state_t *state, int32_t beside, ${real} psi, ${rea
     if (weighs) {
         torque_error(torque, state->own[OWN_F_N], tyre[1], added, track[TRACK_REACH], share, limits[LIMIT_ERROR], &size, &variance, &noisy);
         state->track[TRACK_EXPLAINED] += noisy;
-%% if gear
-        variance += ${dry_std} * ${dry_std} / share;
-%% endif
+        variance += ${dry_std} * ${dry_std} / share; %% if gear
         weigh_torque(state, beside, at, tyre, torque, variance, share);
     } else if (state->own[OWN_PHASE] != 0.0) {
         verdict_of(&state->hypotheses[0][0], state->track[TRACK_EXPLAINED], state->track[TRACK_REACH], limits, state->verdict);
@@ -207,10 +177,10 @@ static void follow(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} add
     const ${real} known = is_known(state->output[OUT_NIS]) ? 1.0 : 0.0;
     ${real} track[TRACKS], own[OWNS], share, worth, least, counts = 0.0, now;
     sliding(state->output[OUT_MU], state->own[OWN_F_N], tyre, &least);
-    turn(state->track, at, limits[LIMIT_PSI_NOISE], ${confirms} * least, known, track, &share);
+    turn(state->track, at, limits[LIMIT_PSI_NOISE], ${tracking.CONFIRMS} * least, known, track, &share);
     now = fabs(track[TRACK_EXTREME] - track[TRACK_ORIGIN]);
-    if (state->own[OWN_PHASE] < ${over}) {
-        counts = search(state, ${beside}, psi, M_z, added, tyre, limits, &worth);
+    if (state->own[OWN_PHASE] < ${acquisition.OVER|float}) {
+        counts = search(state, ${tracking.BESIDE}, psi, M_z, added, tyre, limits, &worth);
         /* A branch tells something only where its torque was weighed. */
         share *= counts;
         if ((state->own[OWN_PHASE] == 1.0) && (state->verdict[VERDICT_UNEXPLAINED] == 0.0)) {
@@ -227,23 +197,17 @@ static void follow(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} add
 static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t status) {
     const ${real} tyre[3] = {${tyre|join(", ")}};
     ${real} psi, M_z, added, limits[LIMITS], sensed[6];
-%% if added_torque
-    ${real} signals[4], added_by_effects, at_torque;
-%% endif
-%% if has_gap
-    ${real} behind, zero_std;
-%% endif
-%% if block
-    ${real} block[${block}];
-%% endif
-    const bool lifted = is_known(sample[2]) && !(sample[2] >= ${least_load} * state->own[OWN_F_N_FIRST]);
+    ${real} signals[4], added_by_effects, at_torque; %% if added_torque
+    ${real} behind, zero_std; %% if has_gap
+    ${real} block[${block}]; %% if block
+    const bool lifted = is_known(sample[2]) && !(sample[2] >= ${tracking.MIN_LOAD_SHARE} * state->own[OWN_F_N_FIRST]);
     const bool tracked = state->own[OWN_ACQUIRING] == 0.0, lost = state->own[OWN_LOST] != 0.0;
     const bool changed = ((status & ${NAME}_RESET) != 0) || lost;
     if (is_known(sample[2]) && !lifted) {
         state->own[OWN_F_N] = sample[2];
     }
     if (changed && tracked) {
-        state->own[OWN_AGAIN] = ((state->own[OWN_CONFIRMED] > 0.0) && (state->own[OWN_DOUBT] < ${failed_for_long})) ? 1.0 : ${failed};
+        state->own[OWN_AGAIN] = ((state->own[OWN_CONFIRMED] > 0.0) && (state->own[OWN_DOUBT] < ${acquisition.FAILED_FOR_LONG})) ? 1.0 : ${acquisition.FAILED|float};
     }
     state->own[OWN_LOST] = 0.0;
     set_numbers(sensed, sample, 6);
@@ -251,9 +215,7 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
         sensed[4] = (${real})NAN;
     }
     observe_torque(${"state->block, " if block}sensed, state->own[OWN_AGAIN]${constants_at}, ${"block, " if block}&psi, &M_z, &added, limits);
-%% if block
-    set_numbers(state->block, block, ${block});
-%% endif
+    set_numbers(state->block, block, ${block}); %% if block
     if (lifted) {
         M_z = (${real})NAN;
     }
@@ -279,7 +241,7 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
         if (tracked || lost) {
             const bool tells = ((status & ${NAME}_RESET) != 0) && is_known(M_z)${" && false" if gear};
             restart_search(state, tells ? M_z : 0.0, tyre, tracked, ${restart_zero_std},
-                           (tracked && lost && (state->own[OWN_CONFIRMED] == ${proved})) ? ${moved} : 1.0);
+                           (tracked && lost && (state->own[OWN_CONFIRMED] == ${acquisition.PROVED|float})) ? ${tracking.MAY_HAVE_MOVED} : 1.0);
         }
         state->own[OWN_ACQUIRING] = 1.0;
     }
@@ -288,9 +250,7 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
     } else {
         follow(state, psi, M_z, added, tyre, limits);
     }
-%% if added_torque
-    state->output[OUT_M_Z_PREDICTED] += added_by_effects;
-    state->result[OUT_M_Z_PREDICTED] += added_by_effects;
-%% endif
+    state->output[OUT_M_Z_PREDICTED] += added_by_effects; %% if added_torque
+    state->result[OUT_M_Z_PREDICTED] += added_by_effects; %% if added_torque
     return (int32_t)state->result[OUT_STATUS];
 }

@@ -14,19 +14,11 @@ static void take_acquired(${name}_state_t *state, const ${real} *handed) {
         ${P}[i * ${states} + ${state.index}] = 0.0;
 %% endfor
     }
-%% for state in handed
-    ${x}[${state.index}] = handed[${state.at}];
-%% endfor
-%% for entry in handed_covariance
-    ${P}[${entry.index}] = handed[${entry.at}];
-%% endfor
+    ${x}[${state.index}] = handed[${state.at}]; %% for state in handed
+    ${P}[${entry.index}] = handed[${entry.at}]; %% for entry in handed_covariance
 %% if window
-    for (i = 0; i < ${states}; ++i) {
-        state->mean[i] = state->x[last][i];
-    }
-%% for state in handed
-    state->mean[${state.index}] = handed[${state.at}];
-%% endfor
+    set_numbers(state->mean, state->x[last], ${states});
+    state->mean[${state.index}] = handed[${state.at}]; %% for state in handed
     for (i = 0; i < ${window}; ++i) {
         if (i != newest) {
             for (j = 0; j < ${states}; ++j) {
@@ -38,9 +30,7 @@ static void take_acquired(${name}_state_t *state, const ${real} *handed) {
         state->row[i][ROW_JUMP] = 0.0;
 %% if follows_mu
         state->by_mu[i] = 0.0;
-%% if walk > 1
-        state->by_k[i] = 0.0;
-%% endif
+        state->by_k[i] = 0.0; %% if walk > 1
 %% endif
     }
     for (i = 0; i < ${states}; ++i) {
@@ -48,18 +38,10 @@ static void take_acquired(${name}_state_t *state, const ${real} *handed) {
             state->factor[i * ${states} + j] = i == j ? state->P_newest[i * ${states} + j] : 0.0;
         }
     }
-%% for entry in handed_factor
-    state->factor[${entry.index}] = handed[${entry.at}];
-%% endfor
+    state->factor[${entry.index}] = handed[${entry.at}]; %% for entry in handed_factor
 %% endif
-    for (i = 0; i < ${counts}; ++i) {
-        ${own_state}counts[i] = 0.0;
-    }
-    for (i = 0; i < ${monitor}; ++i) {
-        ${own_state}monitor[i] = 0.0;
-    }
+    fill_numbers(${own_state}counts, 0.0, ${counts});
+    fill_numbers(${own_state}monitor, 0.0, ${monitor});
     state->output[OUT_MU] = any_exp(handed[0]);
-%% if follows_mu
-    forget_sensitivity(&state->patch, 0.0);
-%% endif
+    forget_sensitivity(&state->patch, 0.0); %% if follows_mu
 }

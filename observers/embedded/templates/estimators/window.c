@@ -3,16 +3,12 @@
 enum { STATES = ${states}, CLEAN = ${clean}, COUNTS = ${counts}, MONITOR = ${monitor} };
 /* Result of the test of the newest innovation. */
 enum {
-%% for name in test
-    TEST_${name|upper},
-%% endfor
+    TEST_${name|upper}, %% for name in test
     TEST
 };
 /* A row of a sample: what was measured, whether it is accepted, and the jump of the variance of ln mu. */
 enum {
-%% for name in row
-    ROW_${name|upper},
-%% endfor
+    ROW_${name|upper}, %% for name in row
     ROW
 };
 
@@ -29,26 +25,16 @@ static void torque_at(const ${name}_state_t *state, int32_t at, const ${real} *x
 
 /* The state before the first sample: an empty window, whose places have no time. */
 static void begin(${name}_state_t *state, const ${real} *sample) {
-    int32_t i, j;
+    int32_t i;
     begin_window(sample${constants_at}, state->mean, state->factor, state->last);
     for (i = 0; i < ${window}; ++i) {
-        for (j = 0; j < STATES; ++j) {
-            state->x[i][j] = state->mean[j];
-        }
-        for (j = 0; j < ROW; ++j) {
-            state->row[i][j] = 0.0;
-        }
+        set_numbers(state->x[i], state->mean, STATES);
+        fill_numbers(state->row[i], 0.0, ROW);
         state->row[i][ROW_F_N] = sample[2];
     }
-    for (j = 0; j < STATES * STATES; ++j) {
-        state->P_newest[j] = state->factor[j];
-    }
-    for (j = 0; j < COUNTS; ++j) {
-        state->counts[j] = 0.0;
-    }
-    for (j = 0; j < MONITOR; ++j) {
-        state->monitor[j] = 0.0;
-    }
+    set_numbers(state->P_newest, state->factor, STATES * STATES);
+    fill_numbers(state->counts, 0.0, COUNTS);
+    fill_numbers(state->monitor, 0.0, MONITOR);
     begin_patch(&state->patch, sample, ${prior_mu});
     begin_kept(state, state->last); /* at rest */
     state->newest = ${window} - 1;
@@ -58,26 +44,18 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
 /* One sample of the filter over the window: from mean and factor to those of the next sample. */
 static void filter_sample(const ${name}_state_t *state, int32_t at, int32_t next, ${real} *mean, ${real} *factor, ${real} *eliminated) {
     ${real} torque[TORQUES], mean_next[STATES], factor_next[STATES * STATES];
-    int32_t i;
     torque_at(state, at, state->x[at], torque);
     forward(mean, factor, state->x[at], torque, state->row[at], state->row[next]${constants_at}, mean_next, factor_next, eliminated);
-    for (i = 0; i < STATES; ++i) {
-        mean[i] = mean_next[i];
-    }
-    for (i = 0; i < STATES * STATES; ++i) {
-        factor[i] = factor_next[i];
-    }
+    set_numbers(mean, mean_next, STATES);
+    set_numbers(factor, factor_next, STATES * STATES);
 }
 
 /* The oldest sample leaves the window: its measurement enters the arrival cost. */
 static void update_arrival_cost(${name}_state_t *state, int32_t oldest) {
     ${real} eliminated[${eliminated}], limited[STATES];
-    int32_t i;
     filter_sample(state, oldest, (oldest + 1) % ${window}, state->mean, state->factor, eliminated);
     limit(state->mean${constants_at}, limited);
-    for (i = 0; i < STATES; ++i) {
-        state->mean[i] = limited[i];
-    }
+    set_numbers(state->mean, limited, STATES);
 }
 
 /* Which samples of the window count after the test of the newest innovation. Without a reset only the newest changes. */
@@ -103,27 +81,19 @@ static void accept_samples(${name}_state_t *state, const ${real} *test) {
 static void smooth(${name}_state_t *state) {
     ${real} mean[STATES], factor[STATES * STATES], costate[STATES], before[STATES];
     const int32_t oldest = (state->newest + 1) % ${window};
-    int32_t i, j;
-    for (j = 0; j < STATES; ++j) {
-        mean[j] = state->mean[j];
-        costate[j] = 0.0;
-    }
-    for (j = 0; j < STATES * STATES; ++j) {
-        factor[j] = state->factor[j];
-    }
+    int32_t i;
+    set_numbers(mean, state->mean, STATES);
+    fill_numbers(costate, 0.0, STATES);
+    set_numbers(factor, state->factor, STATES * STATES);
     for (i = 0; i < ${window}; ++i) {
         const int32_t at = (oldest + i) % ${window};
         filter_sample(state, at, i < ${window} - 1 ? (at + 1) % ${window} : at, mean, factor, state->eliminated[at]);
     }
-    for (j = 0; j < STATES * STATES; ++j) {
-        state->P_newest[j] = state->eliminated[state->newest][STATES + j];
-    }
+    set_numbers(state->P_newest, &state->eliminated[state->newest][STATES], STATES * STATES);
     for (i = ${window} - 1; i >= 0; --i) {
         const int32_t at = (oldest + i) % ${window};
         backward(costate, state->eliminated[at], state->row[at], state->row[(at + 1) % ${window}]${constants_at}, before, state->x[at]);
-        for (j = 0; j < STATES; ++j) {
-            costate[j] = before[j];
-        }
+        set_numbers(costate, before, STATES);
     }
 }
 
@@ -131,50 +101,31 @@ static void smooth(${name}_state_t *state) {
 static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     ${real} now[CLEAN], imputed = 0.0, signals[4], newest[STATES], P[STATES * STATES];
     ${real} torque[TORQUES] = {0}, slide[2] = {0}, test[TEST], counts[COUNTS], monitor[MONITOR], output[OUTPUTS];
-%% if follows_mu
-    ${real} retention[${walk + 1}];
-%% else
-    const ${real} retention[1] = {1.0};
-%% endif
+    ${real} retention[${walk + 1}]; %% if follows_mu
+    const ${real} retention[1] = {1.0}; %% if not follows_mu
     const int32_t last = state->newest, at = (last + 1) % ${window};
-    int32_t i;
     clean(sample, state->last, now, &imputed);
     update_arrival_cost(state, at);
     /* Prediction. */
-%% if moves_states
-    torque_at(state, last, state->x[last], torque);
-%% endif
+    torque_at(state, last, state->x[last], torque); %% if moves_states
     predict(state->x[last], torque, state->P_newest, state->last, now${constants_at}, newest, P);
 %% if follows_mu
-    retentions(state->P_newest, state->last, now${constants_at}, retention);
-%% if walk > 1
-    /* From ln mu to mu. */
-    retention[1] /= any_exp(newest[${log_mu}]);
-    retention[2] *= any_exp(newest[${log_mu}]);
-%% endif
+    retentions(state->P_newest, state->last, now${", any_exp(newest[%s])" % log_mu if walk > 1}${constants_at}, retention);
 %% endif
 %% if not advances_at_corrected_state
     /* The patch at the angle of the sample. */
     patch_signals(newest, now, signals);
     follow_sample(state, at, signals, any_exp(newest[${log_mu}]), ${stiffness_newest}, retention, slide);
 %% endif
-    for (i = 0; i < STATES; ++i) {
-        state->x[at][i] = newest[i];
-    }
-%% for name, place in measured
-    state->row[at][ROW_${name|upper}] = now[${place}];
-%% endfor
+    set_numbers(state->x[at], newest, STATES);
+    state->row[at][ROW_${name|upper}] = now[${place}]; %% for name, place in measured
     state->row[at][ROW_ACCEPTED] = 1.0;
     state->row[at][ROW_JUMP] = 0.0;
     state->newest = at;
     /* Test of the innovation; where the patch follows the correction, it does not depend on the torque of the sample. */
-%% if not advances_at_corrected_state
-    torque_at(state, at, newest, torque);
-%% endif
+    torque_at(state, at, newest, torque); %% if not advances_at_corrected_state
     test_innovation(newest, torque, now, P, state->counts, state->monitor${constants_at}, test, counts, monitor);
-%% for place in evidence
-    now[${place}] = test[TEST_EVIDENCE]; /* how far mu walks to the next sample */
-%% endfor
+    now[${place}] = test[TEST_EVIDENCE]; /* how far mu walks to the next sample */ %% for place in evidence
 %% if follows_mu
     /* Deformation that depends on the old friction does not fit samples of a new ground: they stay rejected. */
     test[TEST_RUN] = 1.0;
@@ -192,25 +143,15 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
 %% if follows_mu
     if (test[TEST_RESET] != 0.0) {
         state->by_mu[at] *= retention[${walk}];
-%% if walk > 1
-        state->by_k[at] *= retention[${walk}];
-%% endif
+        state->by_k[at] *= retention[${walk}]; %% if walk > 1
         forget_sensitivity(&state->patch, retention[${walk}]);
     }
 %% endif
     step_output(state->x[at], state->P_newest, newest, now, test, imputed, slide${constants_at}, output);
-    for (i = 0; i < CLEAN; ++i) {
-        state->last[i] = now[i];
-    }
-    for (i = 0; i < COUNTS; ++i) {
-        state->counts[i] = counts[i];
-    }
-    for (i = 0; i < MONITOR; ++i) {
-        state->monitor[i] = monitor[i];
-    }
+    set_numbers(state->last, now, CLEAN);
+    set_numbers(state->counts, counts, COUNTS);
+    set_numbers(state->monitor, monitor, MONITOR);
 %% include "estimators/refuse.c"
-    for (i = 0; i < OUTPUTS; ++i) {
-        state->output[i] = output[i];
-    }
+    set_numbers(state->output, output, OUTPUTS);
     return (int32_t)output[OUT_STATUS];
 }

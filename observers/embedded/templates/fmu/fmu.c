@@ -12,7 +12,18 @@
 %% include "fmu/state.c"
 /* The interface of FMI ${number}.0. ------------------------------------------------------------------------------ */
 
-%% include "fmu/" ~ fmi ~ "_instance.c"
+typedef struct {
+    fmu_state_t state;
+    ${fmi}${logger} logger;
+    ${instance}Environment environment;
+    char name[64]; %% if number == 2
+} instance_t;
+
+static ${fmi}Status report(const instance_t *instance, const char *message) {
+    if (instance->logger != NULL) instance->logger(instance->environment, ${"instance->name, " if number == 2}${fmi}Error, "logStatusError", message);
+    return ${fmi}Error;
+}
+
 %% if array
 static const char *const NO_ARRAY = "no variable is an array";
 
@@ -32,9 +43,7 @@ ${fmi|upper}(${fmi}Status, Set${real_type})(${instance} c, const ${fmi}ValueRefe
 
 ${fmi|upper}(${fmi}Status, Get${real_type})(${instance} c, const ${fmi}ValueReference at[], size_t count, ${fmi}${real_type} values[]${array}) {
     size_t i;
-%% if array
-    if (values_count != count) return report(c, NO_ARRAY);
-%% endif
+    if (values_count != count) return report(c, NO_ARRAY); %% if array
     for (i = 0; i < count; ++i)
         if (!find_number(&((instance_t *)c)->state, at[i], &values[i])) return report(c, "no ${real_type} variable has this value reference");
     return ${fmi}OK;
@@ -44,9 +53,7 @@ ${fmi|upper}(${fmi}Status, Get${real_type})(${instance} c, const ${fmi}ValueRefe
 ${fmi|upper}(${fmi}Status, Get${type})(${instance} c, const ${fmi}ValueReference at[], size_t count, ${fmi}${type} values[]${array}) {
     size_t i;
     int32_t value;
-%% if array
-    if (values_count != count) return report(c, NO_ARRAY);
-%% endif
+    if (values_count != count) return report(c, NO_ARRAY); %% if array
     for (i = 0; i < count; ++i) {
         if (!find_flag(&((instance_t *)c)->state, at[i], &value) || (at[i] == STATUS) != ${"0" if type == "Boolean" else "1"}) return report(c, "no ${type} variable has this value reference");
         values[i] = ${"value != 0" if type == "Boolean" else "value"};
@@ -121,9 +128,7 @@ static ${fmi}Status unsupported(${instance} c, size_t count) {
 
 %% for name, parameters in unsupported
 ${fmi|upper}(${fmi}Status, ${name})(${instance} c${", " if parameters}${parameters}) {
-%% if parameters
-    ${unused(parameters)}
-%% endif
+    ${unused(parameters)} %% if parameters
     return unsupported(c, ${"count" if "size_t count" in parameters else "1"});
 }
 

@@ -10,9 +10,7 @@ enum { INSTANTIATED, INITIALISING, STEPPING, TERMINATED };
 typedef struct {
     char guid[sizeof GUID];
     ${name}_state_t observer;
-%% if tunable
-    ${name}_parameters_t parameters;
-%% endif
+    ${name}_parameters_t parameters; %% if tunable
     double inputs[INPUTS];
     double last_point; /* communication point of the last sample, if there was one */
     double end;        /* of the last communication step, or the start */
@@ -25,19 +23,14 @@ static void reset_state(fmu_state_t *state) {
     memcpy(state->guid, GUID, sizeof GUID);
     for (i = 0; i < INPUTS; ++i) state->inputs[i] = (double)NAN;
     ${name}_init(&state->observer);
-%% if tunable
-    state->parameters = ${name}_defaults;
-%% endif
+    state->parameters = ${name}_defaults; %% if tunable
 }
 
 /* Advances by one sample. Its dt is the time since the last communication point, which differs from `step` where
    steps vary; the first sample has none and takes `step`. */
 static void take_sample(fmu_state_t *state, double at, double step) {
     ${name}_sample_t sample;
-    sample.psi = (${real})state->inputs[PSI];
-    sample.psi_dot = (${real})state->inputs[PSI_DOT];
-    sample.${torque} = (${real})state->inputs[TORQUE];
-    sample.F_N = (${real})state->inputs[LOAD];
+    sample.${field} = (${real})state->inputs[${place}]; %% for field, place in sensors
     sample.dt = (${real})(state->sampled ? at - state->last_point : step);
     (void)${name}_step(&state->observer, &sample);
     state->last_point = at;
@@ -48,10 +41,8 @@ static void take_sample(fmu_state_t *state, double at, double step) {
 /* Sets inputs${" and parameters" if tunable}; why that cannot be, NULL where it can. */
 static const char *set_numbers(fmu_state_t *state, const uint32_t at[], size_t count, const double values[]) {
     size_t i;
-%% if tunable
-    ${name}_parameters_t parameters = state->parameters;
-    int changed = 0;
-%% endif
+    ${name}_parameters_t parameters = state->parameters; %% if tunable
+    int changed = 0; %% if tunable
     for (i = 0; i < count; ++i) {
         if (at[i] < INPUTS) {
             state->inputs[at[i]] = values[i];
@@ -60,9 +51,7 @@ static const char *set_numbers(fmu_state_t *state, const uint32_t at[], size_t c
 %% if tunable
         changed = 1;
         switch (at[i]) {
-%% for p in parameters
-        case PARAMETERS + ${loop.index0}: parameters.${p.field} = (${real})values[i]; break;
-%% endfor
+        case PARAMETERS + ${loop.index0}: parameters.${p.field} = (${real})values[i]; break; %% for p in parameters
         default: return "only inputs and parameters can be set";
         }
 %% else
@@ -82,20 +71,14 @@ static int find_number(const fmu_state_t *state, uint32_t at, double *value) {
     ${name}_estimate_t estimate;
     ${name}_estimate(&state->observer, &estimate);
     switch (at) {
-%% for name in numbers
-    case ${name|upper}: *value = (double)estimate.${name}; break;
-%% endfor
+    case ${name|upper}: *value = (double)estimate.${name}; break; %% for name in numbers
 %% if ratio
     case WEAKER: *value = fabs(1.0 - (double)state->parameters.${ratio}) / (1.0 + (double)state->parameters.${ratio}); break;
 %% else
     case WEAKER: *value = (double)${NAME ~ "_WEAKER" if weaker else "NAN"}; break;
 %% endif
-%% if number == 3
-    case TIME: *value = state->end; break;
-%% endif
-%% for p in parameters
-    case PARAMETERS + ${loop.index0}: *value = (double)state->parameters.${p.field}; break;
-%% endfor
+    case TIME: *value = state->end; break; %% if number == 3
+    case PARAMETERS + ${loop.index0}: *value = (double)state->parameters.${p.field}; break; %% for p in parameters
     default:
         if (at >= INPUTS) return 0;
         *value = state->inputs[at];

@@ -6,11 +6,8 @@ enum { BRISTLES = ${bristles}${", TRIED = BRISTLES / %d" % coarse if coarse} };
 %% if not static_limit or not slide
 /* Limit of a bristle over mu. */
 static inline ${real} limit_over_mu(int32_t i, const ${real} *terms, ${real} speed) {
-%% if grows
-    ${real} pressure = 0.0;
-%% else
-    const ${real} pressure = bristle_of[i].pressure;
-%% endif
+    ${real} pressure = 0.0; %% if grows
+    const ${real} pressure = bristle_of[i].pressure; %% if not grows
 %% if limited
     ${real} factor = 1.0;
     limit_factor(fabs(bristle_of[i].lever) * speed, &factor);
@@ -18,9 +15,7 @@ static inline ${real} limit_over_mu(int32_t i, const ${real} *terms, ${real} spe
     const ${real} factor = 1.0;
     (void)speed;
 %% endif
-%% if grows
-    pressure_at(bristle_of[i].place, terms[TERM_GROWTH], &pressure);
-%% endif
+    pressure_at(bristle_of[i].place, terms[TERM_GROWTH], &pressure); %% if grows
     return terms[TERM_BASE] * pressure * factor;
 }
 
@@ -55,12 +50,8 @@ typedef struct {
    of spring and Maxwell branch. */
 typedef struct {
     ${real} scale, over_mu${", mu_over_k" if by_k}${", share" if relaxation else ""};
-%% if creep
-    ${real} rest_scale, offset, least_slip, knots_per_scale, creep_scale;
-%% endif
-%% if not static_limit
-    ${real} of_bristle[BRISTLES];
-%% endif
+    ${real} rest_scale, offset, least_slip, knots_per_scale, creep_scale; %% if creep
+    ${real} of_bristle[BRISTLES]; %% if not static_limit
 } limits_t;
 
 static inline ${real} limit_over_scale(const limits_t *limits, int32_t i) {
@@ -79,9 +70,7 @@ static inline ${real} limit_over_scale(const limits_t *limits, int32_t i) {
    table of its root. */
 static inline slip_t slip_of(${real} stress, ${real} pressure, ${real} rest_limit, const limits_t *limits, int32_t i) {
     const ${real} size = fabs(stress), at_rest = size - rest_limit;
-%% if not static_limit
-    const ${real} limit = limits->scale * pressure;
-%% endif
+    const ${real} limit = limits->scale * pressure; %% if not static_limit
     slip_t now;
     if (at_rest > limits->least_slip${"" if static_limit else " && limit > 1e-12"}) {
 %% if static_limit
@@ -115,9 +104,7 @@ static inline slip_t slip_of(${real} stress, ${real} pressure, ${real} rest_limi
 %% endif
 
 static void find_limits(const ${real} *terms, ${real} mu, limits_t *limits) {
-%% if creep
-    const ${real} slope = (1.0 + terms[TERM_GAIN]) * terms[TERM_REACH];
-%% endif
+    const ${real} slope = (1.0 + terms[TERM_GAIN]) * terms[TERM_REACH]; %% if creep
 %% if not static_limit
     int32_t i;
     for (i = 0; i < BRISTLES; ++i) {
@@ -128,9 +115,7 @@ static void find_limits(const ${real} *terms, ${real} mu, limits_t *limits) {
     limits->scale = mu * terms[TERM_BASE];
 %% endif
     limits->over_mu = 1.0 / mu;
-%% if relaxation
-    limits->share = 1.0 / (1.0 + terms[TERM_GAIN]);
-%% endif
+    limits->share = 1.0 / (1.0 + terms[TERM_GAIN]); %% if relaxation
 %% if creep
     limits->rest_scale = limits->scale * ${rest_factor};
     limits->knots_per_scale = ${omega_knots_per_unit} / (limits->scale * ${creep});
@@ -141,12 +126,8 @@ static void find_limits(const ${real} *terms, ${real} mu, limits_t *limits) {
 }
 
 /* How the memory follows mu${" and k" if by_k}, to first order: share of its derivative that a walk of mu leaves, change of mu.
-%% if by_k
-   With k, which is over its nominal value, the shares are a matrix, by which the derivatives by mu and k are multiplied.
-%% endif
-%% if compliant
-   What the last sample's turn still lacked, and its derivatives: the next sample adds it, in the same loop.
-%% endif
+   With k, which is over its nominal value, the shares are a matrix, by which the derivatives by mu and k are multiplied. %% if by_k
+   What the last sample's turn still lacked, and its derivatives: the next sample adds it, in the same loop. %% if compliant
    */
 typedef struct {
     ${real} retention, change${", mu_from_k, k_from_mu, k_retention, k_change" if by_k}${", further, further_by_mu" if compliant}${", further_by_k" if compliant and by_k}${", gain" if compliant and relaxation};
@@ -154,9 +135,7 @@ typedef struct {
 
 /* A bristle${" and its Maxwell branch" if relaxation}: stress, and its derivative by mu${" and by k" if by_k}. */
 typedef struct {
-%% for part in parts
-    ${real} ${part}, ${part}_by_mu${", %s_by_k" % part if by_k};
-%% endfor
+    ${real} ${part}, ${part}_by_mu${", %s_by_k" % part if by_k}; %% for part in parts
 } stress_t;
 
 /* A bristle at the mu of the sample. */
@@ -167,16 +146,12 @@ static inline stress_t follow_friction(const ${name}_patch_t *restrict patch, co
 %% if compliant
         const ${real} follows = ${"follow->gain * " if part == "branch"}patch->follows[i];
         const ${real} ${part} = patch->${part}[i] - follows * follow->further, by_mu = patch->${part}_by_mu[i] - follows * follow->further_by_mu;
-%% if by_k
-        const ${real} by_k = patch->${part}_by_k[i] - follows * follow->further_by_k;
-%% endif
+        const ${real} by_k = patch->${part}_by_k[i] - follows * follow->further_by_k; %% if by_k
 %% else
         const ${real} ${part} = patch->${part}[i], by_mu = patch->${part}_by_mu[i]${", by_k = patch->%s_by_k[i]" % part if by_k};
 %% endif
         now.${part}_by_mu = by_mu * follow->retention${" + by_k * follow->mu_from_k" if by_k};
-%% if by_k
-        now.${part}_by_k = by_mu * follow->k_from_mu + by_k * follow->k_retention;
-%% endif
+        now.${part}_by_k = by_mu * follow->k_from_mu + by_k * follow->k_retention; %% if by_k
         now.${part} = ${part} + now.${part}_by_mu * follow->change${" + now.%s_by_k * follow->k_change" % part if by_k};
     }
 %% endfor
@@ -185,40 +160,29 @@ static inline stress_t follow_friction(const ${name}_patch_t *restrict patch, co
 
 %% if compliant
 /* Torque and slope of the patch${" at the nominal k" if by_k} after a turn; no bristle turns yet.
-%% if coarse
-   One of ${coarse} bristles stands for its neighbours: M_z is that of all before, with what these make of the turn.
-%% endif
+   One of ${coarse} bristles stands for its neighbours: M_z is that of all before, with what these make of the turn. %% if coarse
    */
 static void try_turn(const ${name}_patch_t *restrict patch, ${"const follow_t *restrict follow, " if coarse}const ${real} *restrict terms, const limits_t *restrict limits, ${real} turn, ${real} *M_z, ${real} *slope) {
     ${real} total = 0.0, by_turn = 0.0;
     int32_t j;
-%% if not relaxation
-    (void)terms;
-%% endif
+    (void)terms; %% if not relaxation
     for (j = 0; j < ${"TRIED" if coarse else "BRISTLES"}; ++j) {
 %% if coarse
         const int32_t i = tried_of[j].at;
         const stress_t was = follow_friction(patch, follow, i);
         const ${real} q = was.q, moment = tried_of[j].moment;
-%% if relaxation
-        const ${real} branch = was.branch;
-%% endif
+        const ${real} branch = was.branch; %% if relaxation
 %% else
         const int32_t i = j;
         const ${real} q = patch->q[i], moment = bristle_of[i].moment;
-%% if relaxation
-        const ${real} branch = patch->branch[i];
-%% endif
+        const ${real} branch = patch->branch[i]; %% if relaxation
 %% endif
         const ${real} stretch = -(bristle_of[i].lever * turn);
         const ${real} pressure = limit_over_scale(limits, i);
         const ${real} rest_limit = limits->${"rest_scale" if creep else "scale"} * pressure;
         ${real} follows = 1.0;
-%% if relaxation
-        ${real} stress = q + branch * terms[TERM_DECAY] + (1.0 + terms[TERM_GAIN]) * stretch;
-%% else
-        ${real} stress = q + stretch;
-%% endif
+        ${real} stress = q + branch * terms[TERM_DECAY] + (1.0 + terms[TERM_GAIN]) * stretch; %% if relaxation
+        ${real} stress = q + stretch; %% if not relaxation
         if (fabs(stress) > rest_limit) {
             const slip_t now = slip_of(stress, pressure, rest_limit, limits, i);
             stress -= ${gained}now.slip;
@@ -259,13 +223,9 @@ static void begin_patch(${name}_patch_t *patch, const ${real} *signals, ${real} 
 %% for part in parts
         patch->${part}[i] = 0.0;
         patch->${part}_by_mu[i] = 0.0;
-%% if by_k
-        patch->${part}_by_k[i] = 0.0;
-%% endif
+        patch->${part}_by_k[i] = 0.0; %% if by_k
 %% endfor
-%% if compliant
-        patch->follows[i] = 0.0;
-%% endif
+        patch->follows[i] = 0.0; %% if compliant
     }
 %% if compliant
     patch->further = 0.0;
@@ -273,42 +233,30 @@ static void begin_patch(${name}_patch_t *patch, const ${real} *signals, ${real} 
     patch->angle_by_mu = 0.0;
     patch->M_z_by_mu = 0.0;
     patch->slope = ${stiff};
-%% if by_k
-    patch->further_by_k = 0.0;
-    patch->angle_by_k = 0.0;
-    patch->M_z_by_k = 0.0;
-%% endif
-%% if relaxation
-    patch->gain = 0.0;
-%% endif
+    patch->further_by_k = 0.0; %% if by_k
+    patch->angle_by_k = 0.0; %% if by_k
+    patch->M_z_by_k = 0.0; %% if by_k
+    patch->gain = 0.0; %% if relaxation
 %% endif
     initial_memory(signals, &patch->angle${", patch->own" if own else ""});
     patch->retained = 1.0;
     patch->mu = mu;
-%% if by_k
-    patch->stiffness = 1.0;
-%% endif
+    patch->stiffness = 1.0; %% if by_k
     patch->M_z = 0.0;
 }
 
 /* Every bristle after a turn, its derivative by mu at that turn${", and by how much it follows the turn" if compliant}.
    sums: torque at the nominal k, its derivative by the turn and by mu${" and, through the bristles, by k" if by_k}. */
 static void turn_bristles(${name}_patch_t *restrict patch, ${"const follow_t *follow, " if coarse or not compliant}const ${real} *restrict terms, const limits_t *restrict limits, ${real} turn, ${real} *sums) {
-%% if relaxation
-    const ${real} gain = terms[TERM_GAIN];
-%% endif
+    const ${real} gain = terms[TERM_GAIN]; %% if relaxation
     ${real} total = 0.0, by_turn = 0.0, by_mu = 0.0${", by_k = 0.0" if by_k};
     int32_t i;
-%% if not relaxation
-    (void)terms;
-%% endif
+    (void)terms; %% if not relaxation
     for (i = 0; i < BRISTLES; ++i) {
         const ${real} stretch = -(bristle_of[i].lever * turn);
 %% if compliant and not coarse
         const stress_t was = {
-%% for part in parts
-            patch->${part}[i], patch->${part}_by_mu[i],${" patch->%s_by_k[i]," % part if by_k}
-%% endfor
+            patch->${part}[i], patch->${part}_by_mu[i],${" patch->%s_by_k[i]," % part if by_k} %% for part in parts
         };
 %% else
         const stress_t was = follow_friction(patch, follow, i);
@@ -317,9 +265,7 @@ static void turn_bristles(${name}_patch_t *restrict patch, ${"const follow_t *fo
 %% if relaxation
         const ${real} branch = was.branch * terms[TERM_DECAY] + gain * stretch;
         const ${real} branch_by_mu = was.branch_by_mu * terms[TERM_DECAY];
-%% if by_k
-        const ${real} branch_by_k = was.branch_by_k * terms[TERM_DECAY];
-%% endif
+        const ${real} branch_by_k = was.branch_by_k * terms[TERM_DECAY]; %% if by_k
 %% endif
         const ${real} pressure = limit_over_scale(limits, i);
         const ${real} rest_limit = limits->${"rest_scale" if creep else "scale"} * pressure;
@@ -328,17 +274,13 @@ static void turn_bristles(${name}_patch_t *restrict patch, ${"const follow_t *fo
             const slip_t now = slip_of(q${branched}, pressure, rest_limit, limits, i);
             slip = now.slip;
             slip_by_mu = now.by_stress${shared} * (was.q_by_mu${branched_by_mu}) + now.by_mu;
-%% if by_k
-            slip_by_k = now.by_stress${shared} * (was.q_by_k${" + branch_by_k" if relaxation}) - now.by_mu * limits->mu_over_k;
-%% endif
+            slip_by_k = now.by_stress${shared} * (was.q_by_k${" + branch_by_k" if relaxation}) - now.by_mu * limits->mu_over_k; %% if by_k
             follow_turn -= now.by_stress;
         }
         patch->q[i] = q - slip;
         patch->q_by_mu[i] = was.q_by_mu - slip_by_mu;
         follow_turn = bristle_of[i].lever * follow_turn;
-%% if compliant
-        patch->follows[i] = follow_turn;
-%% endif
+        patch->follows[i] = follow_turn; %% if compliant
 %% if relaxation
         patch->branch[i] = branch - gain * slip;
         patch->branch_by_mu[i] = branch_by_mu - gain * slip_by_mu;
@@ -350,9 +292,7 @@ static void turn_bristles(${name}_patch_t *restrict patch, ${"const follow_t *fo
 %% endif
 %% if by_k
         patch->q_by_k[i] = was.q_by_k - slip_by_k;
-%% if relaxation
-        patch->branch_by_k[i] = branch_by_k - gain * slip_by_k;
-%% endif
+        patch->branch_by_k[i] = branch_by_k - gain * slip_by_k; %% if relaxation
         by_k += bristle_of[i].moment * (patch->q_by_k[i]${" + patch->branch_by_k[i]" if relaxation});
 %% endif
         by_turn -= bristle_of[i].moment * follow_turn;
@@ -360,9 +300,7 @@ static void turn_bristles(${name}_patch_t *restrict patch, ${"const follow_t *fo
     sums[0] = total;
     sums[1] = ${gained}by_turn;
     sums[2] = by_mu;
-%% if by_k
-    sums[3] = by_k;
-%% endif
+    sums[3] = by_k; %% if by_k
 }
 
 /* Advances the patch to the signals of a sample: angle, rate, load, time. torque: M_z [N m] and its derivatives, see
@@ -370,16 +308,10 @@ static void turn_bristles(${name}_patch_t *restrict patch, ${"const follow_t *fo
 static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real} mu, ${real} stiffness, const ${real} *retention, ${real} *torque, ${real} *slide) {
     limits_t limits;
     ${real} terms[TERMS], sums[${4 if by_k else 3}], turn;
-%% if compliant
-    ${real} M_z, slope, by_torque = 0.0, deflected = 0.0, further, turn_by_mu, goal${", turn_by_k" if by_k};
-%% endif
-%% if own
-    ${real} own_next[${own}];
-%% endif
+    ${real} M_z, slope, by_torque = 0.0, deflected = 0.0, further, turn_by_mu, goal${", turn_by_k" if by_k}; %% if compliant
+    ${real} own_next[${own}]; %% if own
     follow_t follow;
-%% if compliant and not coarse or own
-    int32_t i;
-%% endif
+    int32_t i; %% if compliant and not coarse
     follow.retention = retention[0] * patch->retained;
     follow.change = mu - patch->mu;
 %% if by_k
@@ -396,30 +328,20 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
 %% if compliant
     follow.further = patch->further;
     follow.further_by_mu = patch->further_by_mu;
-%% if by_k
-    follow.further_by_k = patch->further_by_k;
-%% endif
-%% if relaxation
-    follow.gain = patch->gain;
-%% endif
+    follow.further_by_k = patch->further_by_k; %% if by_k
+    follow.gain = patch->gain; %% if relaxation
 %% for kept in ("angle", "M_z")
     {
         const ${real} by_mu = patch->${kept}_by_mu${", by_k = patch->%s_by_k" % kept if by_k};
         patch->${kept}_by_mu = by_mu * retention[0]${" + by_k * retention[1]" if by_k};
-%% if by_k
-        patch->${kept}_by_k = by_mu * retention[2] + by_k * retention[3];
-%% endif
+        patch->${kept}_by_k = by_mu * retention[2] + by_k * retention[3]; %% if by_k
         patch->${kept} += patch->${kept}_by_mu * follow.change${" + patch->%s_by_k * follow.k_change" % kept if by_k};
     }
 %% endfor
 %% endif
     patch->mu = mu;
     sample_terms(signals, ${"patch->own, " if own}terms${", own_next" if own});
-%% if own
-    for (i = 0; i < ${own}; ++i) {
-        patch->own[i] = own_next[i];
-    }
-%% endif
+    set_numbers(patch->own, own_next, ${own}); %% if own
 %% if by_k
     /* Limits of stress over k depend on mu over k: their derivative by k follows from that by mu. */
     find_limits(terms, mu / stiffness, &limits);
@@ -438,10 +360,8 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
     turn = goal + deflected;
     M_z = patch->M_z;
     try_turn(patch, &follow, terms, &limits, turn, &M_z, &slope);
-%% if by_k
-    M_z *= stiffness;
-    slope *= stiffness;
-%% endif
+    M_z *= stiffness; %% if by_k
+    slope *= stiffness; %% if by_k
     M_z = balanced_torque(M_z + slope * (goal - turn), slope, terms[TERM_F_N]);
     deflection(M_z, terms[TERM_F_N], &deflected, &by_torque);
     turn = goal + deflected;
@@ -451,9 +371,7 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
 %% for part in parts
         patch->${part}[i] = now.${part};
         patch->${part}_by_mu[i] = now.${part}_by_mu;
-%% if by_k
-        patch->${part}_by_k[i] = now.${part}_by_k;
-%% endif
+        patch->${part}_by_k[i] = now.${part}_by_k; %% if by_k
 %% endfor
     }
     M_z = patch->M_z${times_k};
@@ -468,10 +386,8 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
             break;
         }
         try_turn(patch, terms, &limits, turn, &M_z, &slope);
-%% if by_k
-        M_z *= stiffness;
-        slope *= stiffness;
-%% endif
+        M_z *= stiffness; %% if by_k
+        slope *= stiffness; %% if by_k
     }
 %% endif
     turn_bristles(patch, ${"&follow, " if coarse}terms, &limits, turn, sums);
@@ -495,9 +411,7 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
     patch->angle_by_k += turn_by_k;
     patch->M_z_by_k = sums[3] + sums[1] * turn_by_k;
 %% endif
-%% if relaxation
-    patch->gain = terms[TERM_GAIN];
-%% endif
+    patch->gain = terms[TERM_GAIN]; %% if relaxation
     torque[BY_ANGLE] = slope / (1.0 - slope * by_torque) + terms[TERM_TORQUE_BY_PSI];
 %% else
     turn = terms[TERM_PSI] - patch->angle;
@@ -505,14 +419,10 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
     patch->M_z = sums[0];
     patch->angle += turn;
     torque[BY_MU] = sums[2]${times_k};
-%% if by_k
-    torque[BY_STIFFNESS] = patch->M_z + stiffness * sums[3];
-%% endif
+    torque[BY_STIFFNESS] = patch->M_z + stiffness * sums[3]; %% if by_k
     torque[BY_ANGLE] = sums[1]${times_k} + terms[TERM_TORQUE_BY_PSI];
 %% endif
-%% if compliant
-    patch->slope = sums[1];
-%% endif
+    patch->slope = sums[1]; %% if compliant
     torque[M_Z] = patch->M_z${times_k} + terms[TERM_TORQUE];
     slide[0] = slide_over_mu(terms);
     slide[1] = terms[TERM_BESIDE];
@@ -524,9 +434,7 @@ static void forget_sensitivity(${name}_patch_t *patch, ${real} share) {
 %% if compliant
 %% for kept in ("angle", "M_z")
     patch->${kept}_by_mu *= share;
-%% if by_k
-    patch->${kept}_by_k *= share;
-%% endif
+    patch->${kept}_by_k *= share; %% if by_k
 %% endfor
 %% endif
 }

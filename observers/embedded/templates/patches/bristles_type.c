@@ -3,16 +3,10 @@ typedef struct {
     ${real} q[${bristles}], q_by_mu[${bristles}];
 %% if by_k
     ${real} stiffness; /* k over its nominal value */
-%% for part in parts
-    ${real} ${part}_by_k[${bristles}];
-%% endfor
+    ${real} ${part}_by_k[${bristles}]; %% for part in parts
 %% endif
-%% if relaxation
-    ${real} branch[${bristles}], branch_by_mu[${bristles}]; /* stress of the Maxwell branches */
-%% endif
-%% if own
-    ${real} own[${own}]; /* of the effects */
-%% endif
+    ${real} branch[${bristles}], branch_by_mu[${bristles}]; /* stress of the Maxwell branches */ %% if relaxation
+    ${real} own[${own}]; /* of the effects */ %% if own
 %% if compliant
     ${real} follows[${bristles}], further, further_by_mu${", further_by_k" if by_k}${", gain" if relaxation}; /* against the turn; what the last turn lacked */
     ${real} angle_by_mu, M_z_by_mu${", angle_by_k, M_z_by_k" if by_k}, slope;

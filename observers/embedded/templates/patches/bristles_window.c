@@ -17,46 +17,17 @@ static void kept_torque(const ${name}_state_t *state, int32_t at, ${real} mu, ${
 }
 %% endif
 
-/* What is kept of samples before the first one, whose signals are given. */
-static void begin_kept(${name}_state_t *state, const ${real} *signals) {
-    int32_t i;
-%% if angle_is_state
-    /* The torque beside the patch moves the wheel from the first sample on. */
-    ${real} terms[TERMS]${", own_next[%s]" % own if own};
-    sample_terms(signals, ${"state->patch.own, " if own}terms${", own_next" if own});
-%% else
-    (void)signals;
-%% endif
-    for (i = 0; i < ${window}; ++i) {
-        state->M_z[i] = ${"terms[TERM_TORQUE]" if angle_is_state else "0.0"};
-        state->by_mu[i] = 0.0;
-        state->mu[i] = ${prior_mu};
-%% if by_k
-        state->by_k[i] = 0.0;
-        state->stiffness[i] = 1.0;
-        state->nominal[i] = 0.0;
-%% endif
-%% if angle_is_state
-        state->angle[i] = 0.0;
-        state->by_angle[i] = 0.0;
-%% endif
-    }
-}
-
+%% include "patches/begin_kept.c"
 /* Advances the patch to the signals of a sample, and stores what the window keeps of it. */
 static void follow_sample(${name}_state_t *state, int32_t at, const ${real} *signals, ${real} mu, ${real} stiffness, const ${real} *retention, ${real} *slide) {
     ${real} torque[TORQUES];
     advance_patch(&state->patch, signals, mu, stiffness, retention, torque, slide);
     state->M_z[at] = torque[M_Z];
     state->by_mu[at] = torque[BY_MU]${" / stiffness" if by_k};
-%% if by_k
-    state->by_k[at] = (torque[BY_STIFFNESS] - state->patch.M_z) / stiffness;
-    state->stiffness[at] = stiffness;
-    state->nominal[at] = state->patch.M_z;
-%% endif
+    state->by_k[at] = (torque[BY_STIFFNESS] - state->patch.M_z) / stiffness; %% if by_k
+    state->stiffness[at] = stiffness; %% if by_k
+    state->nominal[at] = state->patch.M_z; %% if by_k
     state->mu[at] = mu;
-%% if angle_is_state
-    state->angle[at] = signals[0];
-    state->by_angle[at] = torque[BY_ANGLE];
-%% endif
+    state->angle[at] = signals[0]; %% if angle_is_state
+    state->by_angle[at] = torque[BY_ANGLE]; %% if angle_is_state
 }

@@ -232,17 +232,9 @@ static void begin_patch(${name}_patch_t *patch, const ${real} *signals, ${real} 
    patch [N m] and its derivative by the angle; slide: effective friction over mu, and what is beside it. */
 static void turn_to_sample(${name}_patch_t *patch, const ${real} *signals, ${real} scale, ${real} *beside, ${real} *slide) {
 %% if effects
-    ${real} terms[TERMS];
-%% if own
-    ${real} own_next[${own}];
-    int32_t i;
-    sample_terms(signals, patch->own, terms, own_next);
-    for (i = 0; i < ${own}; ++i) {
-        patch->own[i] = own_next[i];
-    }
-%% else
-    sample_terms(signals, terms);
-%% endif
+    ${real} terms[TERMS]${", own_next[%s]" % own if own};
+    sample_terms(signals, ${"patch->own, " if own}terms${", own_next" if own});
+    set_numbers(patch->own, own_next, ${own}); %% if own
     turn_patch(patch, terms[TERM_PSI], ${level} * terms[TERM_BASE], scale);
     beside[0] = terms[TERM_TORQUE];
     beside[1] = terms[TERM_TORQUE_BY_PSI];

@@ -1,13 +1,9 @@
 /* The contact patch, see the code. */
 typedef struct {
     ${real} xi[${depth}], r[${depth}], d[${depth}], angle, rest;
-%% if rig_at_run_time
-    ${real} k, geometry[2], level, still_moment;
-%% endif
+    ${real} k, geometry[2], level, still_moment; %% if rig_at_run_time
     int32_t corners, is_turning;
     int8_t clipped[${depth}];
-%% if own
-    ${real} own[${own}]; /* of the effects */
-%% endif
+    ${real} own[${own}]; /* of the effects */ %% if own
 } ${name}_patch_t;
 

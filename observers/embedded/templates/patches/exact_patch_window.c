@@ -13,9 +13,7 @@ static void store_patch(${name}_state_t *state, int32_t at) {
 
 /* M_z [N m] of a sample at mu, and its derivatives by mu and by k over its nominal value. */
 static void kept_torque(const ${name}_state_t *state, int32_t at, ${real} mu, ${real} stiffness, ${real} *torque) {
-%% if rig_at_run_time
-    const ${name}_patch_t *patch = &state->patch;
-%% endif
+    const ${name}_patch_t *patch = &state->patch; %% if rig_at_run_time
     const ${real} k = ${k} * stiffness, scale = mu / k;
     ${real} total = state->slope[at] * ${still_moment}, by_scale = 0.0, moment[2];
     int32_t i;
@@ -29,34 +27,10 @@ static void kept_torque(const ${name}_state_t *state, int32_t at, ${real} mu, ${
     torque[BY_STIFFNESS] = ${k} * (total - scale * by_scale);
 }
 
-/* What is kept of samples before the first one, whose signals are given. */
-static void begin_kept(${name}_state_t *state, const ${real} *signals) {
-    int32_t i;
-%% if effects and angle_is_state
-    /* The torque beside the patch moves the wheel from the first sample on. */
-    ${real} terms[TERMS]${", own_next[%s]" % own if own};
-    sample_terms(signals, ${"state->patch.own, " if own}terms${", own_next" if own});
-%% else
-    (void)signals;
-%% endif
-    for (i = 0; i < ${window}; ++i) {
-        state->slope[i] = 0.0;
-%% if effects
-        state->beside[i] = ${"terms[TERM_TORQUE]" if angle_is_state else "0.0"};
-%% endif
-        state->corners[i] = 0;
-%% if angle_is_state
-        state->angle[i] = 0.0;
-        state->by_angle[i] = 0.0;
-%% endif
-    }
-}
-
+%% include "patches/begin_kept.c"
 /* Advances the patch to the signals of a sample, and stores what the window keeps of it. */
 static void follow_sample(${name}_state_t *state, int32_t at, const ${real} *signals, ${real} mu, ${real} stiffness, const ${real} *retention, ${real} *slide) {
-%% if rig_at_run_time
-    const ${name}_patch_t *patch = &state->patch;
-%% endif
+    const ${name}_patch_t *patch = &state->patch; %% if rig_at_run_time
     const ${real} k = ${k} * stiffness, scale = mu / k;
     ${real} beside[2] = {0.0, 0.0};
     (void)retention;
@@ -70,7 +44,5 @@ static void follow_sample(${name}_state_t *state, int32_t at, const ${real} *sig
     }
 %% endif
     store_patch(state, at);
-%% if effects
-    state->beside[at] = beside[0];
-%% endif
+    state->beside[at] = beside[0]; %% if effects
 }

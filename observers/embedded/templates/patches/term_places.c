@@ -2,8 +2,6 @@
    on friction, growth of the patch, slip of a sample at 1 m/s, the Maxwell branches' decay and gain, torque beside
    the patch and its derivative by the angle, effective friction over mu and beside it. */
 enum {
-%% for name in terms
-    TERM_${name|upper},
-%% endfor
+    TERM_${name|upper}, %% for name in terms
     TERMS
 };

@@ -14,14 +14,8 @@ HERE = Path(__file__).parent
 COMPILER, EMULATOR = "arm-none-eabi-gcc", "qemu-system-arm"
 TOOLS = "needs arm-none-eabi-gcc with newlib, and qemu-system-arm"
 CODE = (
-    "-std=c99",
-    "-O2",
-    "-fno-math-errno",
-    "-ffp-contract=off",
-    "-ffunction-sections",
-    "-Wall",
-    "-Wextra",
-    "-Werror",
+    *("-std=c99", "-O2", "-fno-math-errno", "-ffp-contract=off", "-ffunction-sections"),
+    *("-Wall", "-Wextra", "-Werror"),
 )
 
 
@@ -102,22 +96,17 @@ def _compile(folder: Path, board: Board, *arguments: str) -> None:
 def _emulated(folder: Path, board: Board) -> list[str]:
     command = [EMULATOR, "-M", board.name, "-nographic", "-monitor", "none", "-serial", "none"]
     command += ["-icount", "shift=0", "-semihosting-config", "enable=on,target=native"]
+    command = [*command, "-kernel", "run.elf"]
     emulation = subprocess.run(
-        [*command, "-kernel", "run.elf"],
-        cwd=folder,
-        check=True,
-        timeout=300,
-        capture_output=True,
-        text=True,
+        command, cwd=folder, check=True, timeout=300, capture_output=True, text=True
     )
     return emulation.stdout.splitlines()
 
 
 def _flash(program: Path) -> int:
     """Bytes of code and constants."""
-    listed = subprocess.run(
-        ["arm-none-eabi-size", str(program)], check=True, capture_output=True, text=True
-    )
+    command = ["arm-none-eabi-size", str(program)]
+    listed = subprocess.run(command, check=True, capture_output=True, text=True)
     return int(listed.stdout.splitlines()[1].split()[0])
 
 

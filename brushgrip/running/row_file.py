@@ -1,0 +1,49 @@
+"""The rows of a summary on the disk, so that memory does not grow with their number."""
+
+import pickle
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from math import nan
+from tempfile import TemporaryFile
+from typing import Any
+from weakref import finalize
+
+import numpy as np
+
+from brushgrip.wording.formatting import is_figure
+from brushgrip.wording.recording_remarks import usual_duration, with_early_end
+
+Row = Mapping[str, str | int | float]
+
+
+class RowFile(Sequence[Row]):
+    """Rows in a temporary file, written as they come, in any order, and read when all are there.
+
+    Those of recordings much shorter than most have a remark on that. In memory are two numbers a row.
+    """
+
+    def __init__(self, count: int) -> None:
+        """None of so many rows is there yet."""
+        self._file = TemporaryFile()  # noqa: SIM115
+        finalize(self, self._file.close)
+        self._places, self._durations = np.zeros(count, dtype=np.int64), np.full(count, nan)
+
+    def __len__(self) -> int:
+        """How many rows there will be."""
+        return self._places.size
+
+    def put(self, number: int, row: Row) -> None:
+        """Write the row of this number; none has been read yet."""
+        self._places[number] = self._file.tell()
+        if is_figure(row["duration"]):
+            self._durations[number] = row["duration"]
+        pickle.dump(row, self._file)
+
+    def __getitem__(self, number: Any) -> Any:
+        """The row of this number, of no slice."""
+        self._file.seek(self._places[number])
+        return with_early_end(pickle.load(self._file), self._usual)
+
+    @cached_property
+    def _usual(self) -> float:
+        return usual_duration(self._durations[np.isfinite(self._durations)])
