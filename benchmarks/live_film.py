@@ -8,15 +8,12 @@ first, which comes late into the picture, run it again.
 
 import argparse
 import io
-import shutil
-import socket
-import subprocess
-import sys
 from pathlib import Path
 
 from PIL import Image
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page
 
+from tests.brushgrip.live.browsing import chromium, live_process
 from tests.processes import wait_for
 
 ROOT = Path(__file__).parents[1]
@@ -57,30 +54,12 @@ def main() -> None:
     parser.add_argument("--model", type=Path, default=ROOT / "demo_output" / "model.json")
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "start" / "live.gif")
     given = parser.parse_args()
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
     inputs = [RECORDINGS / "holdout_d.csv", "--rig", RECORDINGS / "rig.toml", "--model", given.model]
-    command = [sys.executable, "-m", "brushgrip", "live", *inputs, "--no-browser", "--port", str(port)]
-    with sync_playwright() as driver:
-        chromium = driver.chromium.launch(
-            executable_path=shutil.which("chromium"), args=["--no-sandbox"]
-        )
-        page = chromium.new_page(viewport=SIZE)
-        process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
-        try:
-            wait_for(lambda: _answers(port))
-            page.goto(f"http://127.0.0.1:{port}/")
+    with chromium() as browser:
+        page = browser.new_page(viewport=SIZE)
+        with live_process(*inputs) as (_, address):
+            page.goto(address)
             save(film(page), given.out)
-        finally:
-            process.terminate()
-            process.wait()
-            chromium.close()
-
-
-def _answers(port: int) -> bool:
-    with socket.socket() as probe:
-        return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
 if __name__ == "__main__":

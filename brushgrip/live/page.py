@@ -21,6 +21,8 @@ from symbolic import InvalidInputError
 
 PERIOD = 50
 """Between updates [ms]."""
+PICTURES = 4
+"""One of so many updates is of the pictures; the words do not wait for these, which take longest."""
 GRID = 0.01
 """Between points in the pictures [s]; at higher rates they show some of the samples."""
 SHOWN = 3_000
@@ -59,12 +61,12 @@ COLUMNS = (
 
 
 class LiveView:
-    """View of a session in one browser; `newest` is the time of its newest point [s]."""
+    """View of a session in one browser."""
 
     def __init__(self, session: Session) -> None:
         """Begin with what is still in memory."""
         models = import_module("bokeh.models")
-        self._session, self._at, self._stretch, self.newest = session, 0, 0.0, -np.inf
+        self._session, self._at, self._stretch = session, 0, 0.0
         style = STYLE.read_text("utf-8")
         self.points = models.ColumnDataSource({name: [] for name in COLUMNS})
         self.words = models.Div(stylesheets=[style], sizing_mode="stretch_width")
@@ -82,25 +84,29 @@ class LiveView:
         return layouts.column(*parts, sizing_mode="stretch_width")
 
     def update(self) -> None:
-        """Bring words and pictures up to date, once the browser shows the last ones."""
+        """Bring words or pictures up to date, at first both, once the browser shows the last ones."""
         if self.sent.text != self.sent.name:
             return
-        state = self._session.state()
-        new = self._session.ring.since(max(self._at, self._session.ring.end - 20 * SHOWN))
-        self._at = new.end
-        if len(new.values):
-            self.newest = float(new.t[-1])
-            self.points.stream(self._columns(new), SHOWN)
-            usable = np.asarray(self.points.data["usable_high"], dtype=float)
-            self._top.end = max(MIN_AXIS_TOP, 1.05 * float(np.nanmax(usable, initial=0.0)))
-        # Bokeh sends what is set, but not what is as before.
-        self.words.text = friction_html(state, self._session.estimator.columns)
-        self.button.label = "Stop recording" if self._session.recording else "Record"
-        self.sent.name = str(int(self.sent.name) + 1)
+        number = int(self.sent.name)
+        if number % PICTURES == 0:
+            self._update_pictures()
+        if number % PICTURES or number == 0:
+            # Bokeh sends what is set, but not what is as before.
+            self.words.text = friction_html(self._session.state(), self._session.estimator.columns)
+            self.button.label = "Stop recording" if self._session.recording else "Record"
+        self.sent.name = str(number + 1)
 
     def begin(self, _: Any) -> None:
         """The browser shows what it found when it opened the page."""
         self.sent.text = self.sent.name
+
+    def _update_pictures(self) -> None:
+        new = self._session.ring.since(max(self._at, self._session.ring.end - 20 * SHOWN))
+        self._at = new.end
+        if len(new.values):
+            self.points.stream(self._columns(new), SHOWN)
+            usable = np.asarray(self.points.data["usable_high"], dtype=float)
+            self._top.end = max(MIN_AXIS_TOP, 1.05 * float(np.nanmax(usable, initial=0.0)))
 
     def _columns(self, new: RingPoints) -> dict[str, Any]:
         """The last point of every `GRID`, the newest one among them."""

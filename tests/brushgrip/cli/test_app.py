@@ -67,7 +67,7 @@ def test_fetch_goes_to_the_users_folder(run: Run, monkeypatch: pytest.MonkeyPatc
     assert outcome.out == f"1/1 x.mat\n1 file in {folder}\n"
 
 
-def test_help_needs_neither_numbers_nor_pictures() -> None:
+def test_help_needs_neither_numbers_nor_pictures_and_observers_no_extras() -> None:
     # Each costs a good part of a second, and help is asked for often.
     program = """
 import sys
@@ -77,13 +77,15 @@ for name in ("", *COMMANDS):
         main([*filter(None, [name]), "--help"])
     except SystemExit as end:
         assert end.code == 0, name
-heavy = {"bokeh", "can", "casadi", "control", "jinja2", "matplotlib", "numpy", "pooch", "scipy"}
-heavy |= {"symbolic"}
-print(*sorted(heavy & set(sys.modules)), file=sys.stderr)
+extras = {"bokeh", "can", "cantools", "playwright", "pyarrow", "tornado"}
+heavy = {"casadi", "control", "jinja2", "matplotlib", "numpy", "pooch", "scipy", "symbolic"}
+print(*sorted((extras | heavy) & set(sys.modules)), file=sys.stderr)
+import observers, identification
+print(*sorted(extras & set(sys.modules)), file=sys.stderr)
 """
     process = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
 
-    assert process.stderr == "\n"
+    assert process.stderr == "\n\n"
     assert process.stdout.count("--help") > 10
     assert process.stdout.count("  --out ") == 9
 

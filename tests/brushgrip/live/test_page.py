@@ -1,19 +1,24 @@
-import json
+import math
+import os
 import re
 import shutil
 import signal
 import socket
 import subprocess
-import sys
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
+from itertools import chain, cycle, repeat, takewhile
 from pathlib import Path
+from threading import Event, Thread
 from typing import Any
 
 import numpy as np
 import pytest
 
-from brushgrip.live.page import CUT_OFF, STYLE, LiveView, friction_html
+from brushgrip.live.page import CUT_OFF, PICTURES, STYLE, LiveView, friction_html
+from tests.brushgrip.live.browsing import DRAWN, chromium, live_process
+from tests.brushgrip.live.bus import MAP, Bus
 from tests.brushgrip.live.sessions import (
     RIG,
     ListSource,
@@ -27,6 +32,8 @@ from tests.processes import wait_for
 
 pytest.importorskip("bokeh", reason="needs brushgrip[live]")
 RECORDING = RIG.with_name("train_a.csv")
+MULTICAST = ("239.74.163.2", 43113)
+"""Group and port that are python-can's own if none are given."""
 
 
 def test_a_view_shows_the_newest_point_to_the_last_digit() -> None:
@@ -46,8 +53,13 @@ def test_a_view_shows_the_newest_point_to_the_last_digit() -> None:
     view.sent.text = view.sent.name
     view.update()
     newest = session.ring.since(299)
-
     assert f'data-mu="{float(newest.of("mu_eff")[0])!r}"' in view.words.text
+    # The words wait for no picture.
+    assert not len(view.points.data["t"])
+    for _ in range(1, PICTURES):
+        view.sent.text = view.sent.name
+        view.update()
+
     assert view.points.data["mu"][-1] == newest.of("mu_eff")[0]
     assert view.points.data["high"][-1] == newest.of("mu_eff")[0] + 2 * newest.of("mu_eff_std")[0]
     np.testing.assert_allclose(np.diff(view.points.data["t"]), 0.01, atol=1.5e-3)
@@ -129,13 +141,11 @@ def test_a_page_whose_connection_broke_goes_on(
 @pytest.fixture
 def browser() -> Iterator[Any]:
     """Debian's chromium, driven by Playwright."""
-    driver = pytest.importorskip("playwright.sync_api", reason="needs brushgrip[browser]")
-    if (chromium := shutil.which("chromium")) is None:
+    pytest.importorskip("playwright", reason="needs brushgrip[browser]")
+    if shutil.which("chromium") is None:
         pytest.skip("needs Debian's chromium")
-    with driver.sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+    with chromium() as started:
         yield started
-        started.close()
 
 
 @pytest.fixture
@@ -143,19 +153,27 @@ def page(
     tmp_path: Path, request: pytest.FixtureRequest
 ) -> Iterator[tuple[subprocess.Popen[bytes], str, Path]]:
     """The command as a user runs it, its page and its recording."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    out = tmp_path / "live.parquet"
-    command = [sys.executable, "-m", "brushgrip", "live", RECORDING, "--rig", RIG, "--no-browser"]
-    options = ["--speed", getattr(request, "param", "20"), "--port", str(port), "--record", out]
-    process = subprocess.Popen([*command, *options], stdout=subprocess.DEVNULL)
-    try:
-        wait_for(lambda: _answers(port))
-        yield process, f"http://127.0.0.1:{port}/", out
-    finally:
-        process.kill()
-        process.wait()
+    out, speed = tmp_path / "live.parquet", getattr(request, "param", "20")
+    with live_process(RECORDING, "--rig", RIG, "--speed", speed, "--record", out) as (process, address):
+        yield process, address, out
+
+
+@pytest.fixture
+def bus() -> Iterator[Bus]:
+    """A bus between processes of this machine alone, with identifiers of its own."""
+    can = pytest.importorskip("can", reason="needs brushgrip[live]")
+    place = {"interface": "udp_multicast", "channel": MULTICAST[0], "port": MULTICAST[1], "hop_limit": 0}
+    with ExitStack() as stack:
+        try:
+            joined = Bus(base=(os.getpid() % 2**16 + 1) << 12, **place)
+            stack.callback(joined.bus.shutdown)
+            joined.torque(0.0, 0.0)
+            comes = joined.bus.recv(1.0) is not None
+        except (can.CanError, OSError) as error:
+            pytest.skip(f"no multicast: {error}")
+        if not comes:
+            pytest.skip("no multicast comes back to this machine")
+        yield joined
 
 
 @pytest.mark.long
@@ -171,7 +189,7 @@ def test_a_browser_shows_what_estimate_says_of_the_recording(
     now = phone.locator(".now.ended")
     now.wait_for(timeout=60_000)
     wait_for(lambda: float(now.get_attribute("data-t") or 0) == 14)
-    shown = {name: json.loads(now.get_attribute(f"data-{name}")) for name in ("t", "mu", "std")}
+    shown = _digits(now)
     background = phone.evaluate("getComputedStyle(document.body).backgroundColor")
     wide = phone.evaluate("document.documentElement.scrollWidth")
     size = phone.locator(".mu").evaluate("e => parseFloat(getComputedStyle(e).fontSize)")
@@ -190,9 +208,66 @@ def test_a_browser_shows_what_estimate_says_of_the_recording(
     assert all(url.startswith((address, "data:", "blob:")) for url in asked)
 
 
-def _answers(port: int) -> bool:
-    with socket.socket() as probe:
-        return probe.connect_ex(("127.0.0.1", port)) == 0
+@pytest.mark.long
+def test_a_bus_that_dies_and_comes_back_is_on_the_page_and_in_the_recordings(
+    browser: Any, bus: Bus, tmp_path: Path
+) -> None:
+    (tmp_path / "rig.dbc").write_text(bus.database)
+    options = ("--dbc", tmp_path / "rig.dbc", "--map", MAP, "--record", tmp_path / "live.parquet")
+    source = f"can:udp_multicast:{MULTICAST[0]}"
+    with live_process(source, "--rig", RIG, *options) as (process, address):
+        shown = browser.new_page()
+        shown.add_init_script(DRAWN)
+        shown.goto(address)
+        last = [_last_words(bus, shown)]
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+            stranger.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+            stranger.sendto(b"no frame: python-can gives the bus up", MULTICAST)
+        wait_for(lambda: "reopened" in shown.locator(".now").inner_text())
+        last.append(_last_words(bus, shown))
+        shown.close()
+        process.send_signal(signal.SIGINT)
+        assert process.wait(60) == 0
+    said = [estimated(path) for path in sorted(tmp_path.glob("*.parquet"))]
+
+    # Had the sender to wait for its processor, there are more.
+    assert len(said) >= 2
+    ends = [{"t": one.t[-1], "mu": one.mu_eff[-1], "std": one.mu_eff_std[-1]} for one in said]
+    assert [words for words in last if words not in ends] == []
+
+
+def _last_words(bus: Bus, shown: Any) -> dict[str, float]:
+    """What a page says of a wheel that rests until it is shown, and turns until friction is usable."""
+    rows, turns, ends = rows_of(1401), Event(), Event()
+
+    def send() -> None:
+        resting = takewhile(lambda _: not turns.is_set(), cycle(rows[:100]))
+        turned = takewhile(lambda _: not ends.is_set(), repeat(rows[-1]))
+        for row in chain(resting, rows, turned):
+            bus.motion(math.degrees(row["psi"]), round(row["F_N"]), 0.0)
+            bus.torque(row["M_z"], 0.0)
+            time.sleep(0.01)  # As recorded: friction of a quicker turn is not known sooner.
+
+    now, sender = shown.locator(".now"), Thread(target=send)
+    before = now.get_attribute("data-t")
+    shown.evaluate("drawn.length = 0")
+    sender.start()
+    try:
+        wait_for(lambda: now.get_attribute("data-t") != before)
+        turns.set()
+        wait_for(lambda: shown.evaluate("drawn.some(one => one.verdict === 'usable')"))
+    finally:
+        turns.set()
+        ends.set()
+        sender.join()
+    # Longer than the gap after which it begins anew.
+    wait_for(lambda: re.search(r"no sample for ([3-9]|\d\d)", now.inner_text()))
+    assert shown.locator(".verdict").inner_text().strip() == "not usable"
+    return _digits(now)
+
+
+def _digits(now: Any) -> dict[str, float]:
+    return {name: float(now.get_attribute(f"data-{name}")) for name in ("t", "mu", "std")}
 
 
 def _verdict_once_usable(shown: Any) -> Any:

@@ -16,20 +16,10 @@ from brushgrip.live.sources import MAX_LINE_LENGTH, LineParser, LineSource, Sour
 from brushgrip.live.timestamp_filter import arrival_time
 from identification import SignalMap, parse_signals
 from symbolic import InvalidInputError
+from tests.brushgrip.live.bus import DBC, MAP, Bus
 from tests.processes import wait_for
 
 JSON_LINE = '{"t": 0.5, "psi": 0.02, "M_z": -0.7, "F_N": 560}'
-DBC = """VERSION ""
-NS_ :
-BS_:
-BU_: rig
-BO_ 291 Motion: 4 rig
- SG_ Angle : 0|16@1- (0.01,0) [-90|90] "deg" rig
- SG_ Load : 16|16@1+ (1,0) [0|10000] "N" rig
-BO_ 292 Torque: 2 rig
- SG_ Mz : 0|16@1- (0.001,0) [-30|30] "Nm" rig
-"""
-MAP = "psi=Angle,M_z=Torque.Mz,F_N=Load"
 
 
 def read_all(source: Source, count: int) -> list[dict[str, float]]:
@@ -195,34 +185,13 @@ def test_lines_of_standard_input_until_its_end() -> None:
     os.close(reading)
 
 
-class Bus:
-    """The other end of a virtual bus."""
-
-    def __init__(self, channel: str) -> None:
-        """Join it."""
-        can = pytest.importorskip("can", reason="needs brushgrip[live]")
-        self.message = can.Message
-        self.bus = can.Bus(interface="virtual", channel=channel, preserve_timestamps=True)
-
-    def send(self, identifier: int, data: bytes, t: float, **flags: Any) -> None:
-        given = {"is_extended_id": False} | flags
-        self.bus.send(self.message(arbitration_id=identifier, data=data, timestamp=t, **given))
-
-    def motion(self, degrees: float, newton: int, t: float) -> None:
-        number = round(100 * degrees) % 65536
-        self.send(291, number.to_bytes(2, "little") + newton.to_bytes(2, "little"), t)
-
-    def torque(self, newton_metres: float, t: float) -> None:
-        self.send(292, (round(1000 * newton_metres) % 65536).to_bytes(2, "little"), t)
-
-
 @pytest.fixture
 def can_bus(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[tuple[CanSource, Bus]]:
     """A source on a bus of its own, by the database and the map given, else the usual ones."""
     pytest.importorskip("cantools", reason="needs brushgrip[live]")
     database, signals = getattr(request, "param", (DBC, MAP))
     (tmp_path / "rig.dbc").write_text(database)
-    bus = Bus(request.node.name)
+    bus = Bus(interface="virtual", channel=request.node.name, preserve_timestamps=True)
     source = CanSource("virtual", request.node.name, tmp_path / "rig.dbc", columns(signals))
     yield source, bus
     source.close()
