@@ -140,7 +140,7 @@ def test_what_its_files_hold(found: Diagnosis, tmp_path: Path) -> None:
         "name": "sensor and steering", "effects": ["sensor_delay"], "rivals": [], "curve": None,
     }  # fmt: skip
     within = (
-        "half-length a ± 2 mm, caster e (kingpin to contact) ± 2 mm, load ± 2 %, tread stiffness k ±"
+        "half-length a ± 2 mm, caster e (kingpin to contact) ± 2 mm, load ± 2 %, tread stiffness k (how"
     )
     assert within in content["notes"][0]
     path = tmp_path / "model.json"
