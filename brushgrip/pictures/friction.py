@@ -180,9 +180,7 @@ def _key(tracks: Sequence[FrictionTrack], line_styles: dict[str, LineStyle]) -> 
         key.append(Patch(color="#777777", alpha=0.25, lw=0, label=label))
     key.append(Line2D([], [], color="#777777", lw=0.8, alpha=0.6, label="pale: not usable"))
     if any(track.inconsistent is not None and track.inconsistent.any() for track in tracks):
-        label = (
-            "strip at the bottom: the model does not explain the torque, by the observer of its colour"
-        )
+        label = "strip at the bottom: torque not explained, by the observer of its colour"
         key.append(Patch(color="#777777", lw=0, label=label))
     if any(track.changes.size for track in tracks):
         key.append(Line2D([], [], color="#777777", lw=0.9, ls=CHANGE, label="change of the ground"))

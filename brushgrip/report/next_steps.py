@@ -134,7 +134,7 @@ def _more_recordings(outcome: FrictionOutcome) -> list[str]:
     return [
         f"record {ground} {count} more times, at the load that you need friction for: ±"
         f" {half:.{digits}f} would come to about ± {more:.{digits}f} if they differ as much as these,"
-        " to less if these differ by their load"
+        " or to less if it is their loads that make these differ"
     ]
 
 

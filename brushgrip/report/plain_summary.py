@@ -124,7 +124,9 @@ def _doubt_of_stiffness(
     )
     if told_else:
         reach = _possible(outcome, ratio)
-        doubt += f" With the ± that may be anything from {reach}; other errors come on top."
+        doubt += (
+            f" Whichever holds, with its ± friction is anything from {reach}; other errors come on top."
+        )
     return told_else, doubt
 
 

@@ -289,7 +289,7 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
         )
         # From the lower end over the ratio to the upper end: 1.20 with a band of 0.51.
         ends = "0.43 to 1.71" if ratio > 1 else "0.69 to 3.42"
-        assert f" With the ± that may be anything from {ends} on ice; other errors come on top." in sure
+        assert f" with its ± friction is anything from {ends} on ice; other errors come on top." in sure
         times = f"{ratio:.2f} times as stiff"
         assert sure.startswith(f"Not sure until the rig is checked: the tyre comes out {times} as decl")
         assert (how, why) == ("How sure", "Provisional because")

@@ -167,7 +167,7 @@ def test_the_first_screen_says_what_friction_is() -> None:
         in first
     )
     assert "Simulated" not in first
-    assert "the bar at its last one is the 95 % band of the recording" in first
+    assert "the bar beside its last one is the 95 % band of the recording" in first
     assert "never: it has not slid enough to tell" in first
     assert "friction in b after 7.0 s" in first
     assert "Share of the informed samples whose 95 % band holds the friction that was" in rest
