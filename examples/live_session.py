@@ -25,7 +25,7 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.inputs.command_inputs import gather_inputs
-from brushgrip.live.estimate_ring import RingPoints
+from brushgrip.live.estimate_ring import EstimatePoints
 from brushgrip.live.session import Session
 from brushgrip.live.session_setup import source_and_estimator
 from brushgrip.live.session_state_in_words import state_line
@@ -58,7 +58,7 @@ def replayed(recording: Path) -> Session:
     return session
 
 
-def draw(path: Path, points: RingPoints) -> None:
+def draw(path: Path, points: EstimatePoints) -> None:
     """Friction with its band over time, the torque over the angle."""
     t, mu, reach = points.t, points.of("mu_eff"), 2 * points.of("mu_eff_std")
     usable = points.of("usable") == 1

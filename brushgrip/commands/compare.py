@@ -5,7 +5,7 @@ from itertools import combinations
 from pathlib import Path
 from typing import Annotated
 
-from brushgrip.commands.options import ModelFile, OutJson, RecordingRequest, file_option, option
+from brushgrip.commands.options import ModelFile, OutJson, RecordingRequest, option, output_file_option
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,10 +40,10 @@ class CompareRequest(RecordingRequest):
             " table then has them, and the mean of their labels. Needs scikit-learn.",
         ),
     ] = None
-    table: Annotated[Path | None, file_option("--table", "TABLE.md", "Tables in Markdown as well.")] = (
-        None
-    )
-    picture: Annotated[Path | None, file_option("--picture", "PNG", "Box charts as well.")] = None
+    table: Annotated[
+        Path | None, output_file_option("--table", "TABLE.md", "Tables in Markdown as well.")
+    ] = None
+    picture: Annotated[Path | None, output_file_option("--picture", "PNG", "Box charts as well.")] = None
 
     def run(self) -> None:
         """Write the comparison of methods, and say what it says."""

@@ -16,7 +16,7 @@ from brushgrip.commands.options import (
     TuningProfile,
     TuningValues,
     VehicleFile,
-    file_option,
+    output_file_option,
 )
 from brushgrip.inputs.option_choices import ObserverName
 
@@ -67,12 +67,12 @@ class EstimateRequest(ModelRunRequest):
 
     observer: ObserverUsed = ObserverName.EKF
     out: Annotated[
-        Path | None, file_option("--out", "OUT.csv", "Table to write with a row for each sample.")
+        Path | None, output_file_option("--out", "OUT.csv", "Table to write with a row for each sample.")
     ] = None
     vehicle: VehicleFile = None
     summary: Annotated[
         Path | None,
-        file_option("--summary", "TABLE.csv", "Table to write with a row for each recording."),
+        output_file_option("--summary", "TABLE.csv", "Table to write with a row for each recording."),
     ] = None
     tuning: TuningProfile = None
     tune: TuningValues = None
@@ -87,7 +87,7 @@ class EstimateRequest(ModelRunRequest):
     ] = False
     stiffness_state: StiffnessState = None
     picture: Annotated[
-        Path | None, file_option("--picture", "PNG", "Picture of mu(t); OUT.png if left out.")
+        Path | None, output_file_option("--picture", "PNG", "Picture of mu(t); OUT.png if left out.")
     ] = None
     jobs: Jobs = None
     scheduler: Scheduler = None
@@ -162,7 +162,7 @@ class EstimateRequest(ModelRunRequest):
     ) -> None:
         """Print what was estimated, of one recording in lines; those that could not be are a fault."""
         from brushgrip.outputs.console import print_table, say, show_json
-        from brushgrip.report.printed_results import say_ground_values
+        from brushgrip.report.printed_results import say_model_ground
         from brushgrip.wording.diagnosis_in_words import taken_from_model
         from brushgrip.wording.recording_remarks import (
             friction_of_grounds,
@@ -176,7 +176,7 @@ class EstimateRequest(ModelRunRequest):
         if found is not None:
             say(f"From {self.model}: {taken_from_model(found)}.")
             told = (row for row in rows if not row["fault"])
-            say_ground_values({str(row["recording"]): str(row["ground"]) or None for row in told}, found)
+            say_model_ground({str(row["recording"]): str(row["ground"]) or None for row in told}, found)
         if len(rows) == 1 and not self.summary:
             for line in lines:
                 say(line)

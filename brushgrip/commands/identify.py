@@ -4,7 +4,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated
 
-from brushgrip.commands.options import ChannelMap, OutJson, RigFile, VehicleFile, file_option, option
+from brushgrip.commands.options import (
+    ChannelMap,
+    OutJson,
+    RigFile,
+    VehicleFile,
+    option,
+    output_file_option,
+)
 
 USUAL_TOLERANCE = 0.05
 """Of the friction of a ground that is called known, as a share of it [1]."""
@@ -57,12 +64,14 @@ class IdentifyRequest:
     channel_map: ChannelMap = None
     write_rig: Annotated[
         Path | None,
-        file_option("--write-rig", "R", "Rig file to write: that of --rig with the k and b_t found."),
+        output_file_option(
+            "--write-rig", "R", "Rig file to write: that of --rig with the k and b_t found."
+        ),
     ] = None
 
     write_vehicle: Annotated[
         Path | None,
-        file_option(
+        output_file_option(
             "--write-vehicle", "CAR", "Vehicle file to write: that of --vehicle with what was found."
         ),
     ] = None
@@ -105,7 +114,7 @@ class IdentifyRequest:
         from brushgrip.report.printed_results import print_car_result
         from brushgrip.wording.formatting import json_text, listed
         from identification import read_vehicle
-        from identification.reading.car_recordings import read_rack
+        from identification.reading.car_recordings import read_rack_recording
         from identification.steering.full_slide_calibration import TyresResult, identify_tyres
         from identification.steering.gear_friction_on_plates import PlatesResult, identify_on_plates
         from symbolic import InvalidInputError
@@ -120,7 +129,9 @@ class IdentifyRequest:
         comments: dict[str, str] = {}
         with staged_files(finals) as stages:
             if self.plates:
-                racks = [read_rack(path, car, inputs.signals) for path in inputs.paths.values()]
+                racks = [
+                    read_rack_recording(path, car, inputs.signals) for path in inputs.paths.values()
+                ]
                 result: PlatesResult | TyresResult = identify_on_plates(racks, car)
             else:
                 read, mu = inputs.recordings(), self.ground_friction or 0.0

@@ -18,8 +18,8 @@ from brushgrip.commands.options import (
     TuningProfile,
     TuningValues,
     VehicleFile,
-    file_option,
     option,
+    output_file_option,
 )
 from brushgrip.inputs.option_choices import ObserverName
 
@@ -57,7 +57,7 @@ class LiveRequest:
     speed: Annotated[float, option("--speed", "N", "Replay a file so many times as fast.")] = 1.0
     record: Annotated[
         Path | None,
-        file_option(
+        output_file_option(
             "--record",
             "OUT.parquet",
             "Record from the beginning, as Parquet or MDF4 (OUT.mf4); where the file is there, or the"
@@ -80,7 +80,8 @@ class LiveRequest:
         ),
     ] = None
     send_dbc: Annotated[
-        Path | None, file_option("--send-dbc", "DBC", "Write the database of the CAN frames sent.")
+        Path | None,
+        output_file_option("--send-dbc", "DBC", "Write the database of the CAN frames sent."),
     ] = None
     host: Annotated[
         str, typer.Option("--host", help="Address to serve the page at; 0.0.0.0 for other machines too.")

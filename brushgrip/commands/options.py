@@ -46,7 +46,7 @@ def model_file(path: Path | None) -> Path | None:
     return None if path is None else model_file_in(path)
 
 
-def file_option(flag: str, metavar: str, help: str = "File to write.") -> Any:
+def output_file_option(flag: str, metavar: str, help: str = "File to write.") -> Any:
     """The name of a file to write."""
     return option(flag, metavar, help, callback=valid_file_name)
 
@@ -131,7 +131,8 @@ EffectModules = Annotated[
     ),
 ]
 OutJson = Annotated[
-    Path | None, file_option("--out", "OUT.json", "File to write; left out, the tables here suffice.")
+    Path | None,
+    output_file_option("--out", "OUT.json", "File to write; left out, the tables here suffice."),
 ]
 OutFolder = Annotated[Path, folder_option()]
 Jobs = Annotated[

@@ -15,8 +15,8 @@ from brushgrip.commands.options import (
     TuningProfile,
     TuningValues,
     VehicleAlone,
-    file_option,
     option,
+    output_file_option,
 )
 from brushgrip.inputs.option_choices import ModelObserverName, TorqueChannel
 
@@ -82,7 +82,8 @@ class PlanRequest:
     tuning: TuningProfile = None
     tune: TuningValues = None
     out: Annotated[
-        Path | None, file_option("--out", "OUT.csv", "Table to write; OUT.png beside it shows it.")
+        Path | None,
+        output_file_option("--out", "OUT.csv", "Table to write; OUT.png beside it shows it."),
     ] = None
 
     def run(self) -> None:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from brushgrip.commands.options import ModelRunRequest, file_option, option
+from brushgrip.commands.options import ModelRunRequest, option, output_file_option
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -16,7 +16,7 @@ class SimulateRequest(ModelRunRequest):
     Several recordings go to OUT_<recording>.csv.
     """
 
-    out: Annotated[Path, file_option("--out", "OUT.csv")]
+    out: Annotated[Path, output_file_option("--out", "OUT.csv")]
     mu: Annotated[
         float | None,
         option(
@@ -37,7 +37,7 @@ class SimulateRequest(ModelRunRequest):
         from brushgrip.inputs.command_inputs import staged_files_with_provenance
         from brushgrip.outputs.atomic import table_path, write_utf8
         from brushgrip.outputs.console import say, show_json
-        from brushgrip.report.printed_results import say_ground_values
+        from brushgrip.report.printed_results import say_model_ground
         from brushgrip.wording.formatting import csv_text
         from symbolic import InvalidInputError
 
@@ -54,7 +54,7 @@ class SimulateRequest(ModelRunRequest):
                 write_utf8(stage, csv_text({"t": recording.t, "M_z": torque}))
         for recording, (_, values) in zip(recordings, models, strict=True):
             say(values_in_words(recording, values, found, self.mu))
-        say_ground_values({recording.name: recording.ground for recording in recordings}, found)
+        say_model_ground({recording.name: recording.ground for recording in recordings}, found)
         for final in finals:
             say(f"wrote {final}")
         show_json({"wrote": list(map(str, finals))})

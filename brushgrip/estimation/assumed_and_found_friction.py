@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from brushgrip.estimation.friction_at_common_load import at_load, common_load
 from brushgrip.estimation.friction_budget import friction_budget
-from brushgrip.estimation.friction_over_load import at_load, common_load
 from brushgrip.estimation.observe_recording import (
     FrictionTrack,
     friction_track,

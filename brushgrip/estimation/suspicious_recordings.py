@@ -208,7 +208,7 @@ def weaker_direction_share_and_note(
     return below, told * bool(below >= MIN_REPORTED_SHARE)
 
 
-def beyond_range(recording: Recording) -> str:
+def torque_beyond_sensor_range(recording: Recording) -> str:
     """That the torque reached its sensor's range, and what follows; empty if not, or none is known."""
     share = share_beyond_range(recording)
     if share <= MIN_REPORTED_SHARE:

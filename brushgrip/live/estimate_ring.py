@@ -17,7 +17,7 @@ of `time.monotonic` [s], angle, torque, estimate."""
 PLACES = {name: place for place, name in enumerate(FIELDS, start=MAX_RECORDED_COLUMNS)}
 
 
-class RingPoints(NamedTuple):
+class EstimatePoints(NamedTuple):
     """Points in a row."""
 
     end: int  # Number of the next one.
@@ -49,7 +49,7 @@ class EstimateRing:
             self._values[self.end % len(self._values)] = (*point.recorded, *nothing, *fields)
             self.end += 1
 
-    def since(self, begin: int, stretch: int | None = None) -> RingPoints:
+    def since(self, begin: int, stretch: int | None = None) -> EstimatePoints:
         """Points from this number on that are still there, of one stretch where it is given."""
         end = self.end
         # Some room, so that none is written over while it is copied.
@@ -57,4 +57,4 @@ class EstimateRing:
         values = self._values[np.arange(begin, end) % len(self._values)]
         if stretch is not None:
             values = values[values[:, PLACES["stretch"]] == stretch]
-        return RingPoints(end, values)
+        return EstimatePoints(end, values)

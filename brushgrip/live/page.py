@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.live.estimate_ring import RingPoints
+from brushgrip.live.estimate_ring import EstimatePoints
 from brushgrip.live.session import Session
 from brushgrip.live.session_state_in_words import State, friction_of, usability_of
 from brushgrip.wording.friction_in_words import with_95_band
@@ -108,10 +108,10 @@ class LiveView:
             usable = np.asarray(self.points.data["usable_high"], dtype=float)
             self._top.end = max(MIN_AXIS_TOP, 1.05 * float(np.nanmax(usable, initial=0.0)))
 
-    def _columns(self, new: RingPoints) -> dict[str, Any]:
+    def _columns(self, new: EstimatePoints) -> dict[str, Any]:
         """The last point of every `GRID`, the newest one among them."""
         last = np.diff(np.floor(new.t / GRID), append=np.inf) != 0
-        new = RingPoints(new.end, new.values[last])
+        new = EstimatePoints(new.end, new.values[last])
         mu_eff, std = new.of("mu_eff"), new.of("mu_eff_std")
         known = np.isfinite(mu_eff)
         mu, std = np.where(known, mu_eff, new.of("mu")), np.where(known, std, new.of("mu_std"))

@@ -14,7 +14,7 @@ import numpy as np
 
 from brushgrip.estimation.observe_recording import HOLD
 from brushgrip.live.adviser import STOP, Adviser
-from brushgrip.live.estimate_ring import EstimateRing, RingPoints
+from brushgrip.live.estimate_ring import EstimatePoints, EstimateRing
 from brushgrip.live.mapped_columns import Row, out_of_range
 from brushgrip.live.recorder import Recorder
 from brushgrip.live.row_estimation import Point, RowEstimator
@@ -271,7 +271,7 @@ class Session:
             else:
                 self._write(self._recorder, self.ring.since(0, self._stretch))
 
-    def _write(self, recorder: Recorder, points: RingPoints) -> None:
+    def _write(self, recorder: Recorder, points: EstimatePoints) -> None:
         values, columns = points.values, len(self.estimator.columns)
         rows = np.hstack([values[:, :columns], values[:, -len(ESTIMATE) :]])
         try:

@@ -52,7 +52,7 @@ DOUBTFUL = 2.0
 """Standard deviations of a slide factor by what is declared, beyond which it is doubted."""
 
 
-def say_ground_values(grounds: Mapping[str, str | None], found: FoundModel | None) -> None:
+def say_model_ground(grounds: Mapping[str, str | None], found: FoundModel | None) -> None:
     """A line for each ground of recordings on the values that a model has for it."""
     for ground in dict.fromkeys(grounds.values() if found else ()):
         names = [name for name, one in grounds.items() if one == ground]

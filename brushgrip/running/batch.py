@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
+from brushgrip.estimation.friction_at_common_load import load_of_friction
 from brushgrip.estimation.friction_budget import STANDS, declared_values_in_words, friction_budget
 from brushgrip.estimation.friction_by_direction import (
     OF_DIRECTIONS,
     friction_of_directions,
     hidden_by_zero,
 )
-from brushgrip.estimation.friction_over_load import load_of_friction
 from brushgrip.estimation.observe_recording import (
     Aligning,
     friction_track,
@@ -25,7 +25,6 @@ from brushgrip.estimation.observe_recording import (
     torque_channel_name,
 )
 from brushgrip.estimation.suspicious_recordings import (
-    beyond_range,
     constant_load,
     differing_rates,
     hardly_turned,
@@ -34,6 +33,7 @@ from brushgrip.estimation.suspicious_recordings import (
     load_outside,
     slope_of_car,
     suspected_cause,
+    torque_beyond_sensor_range,
     unstated_range,
     weaker_direction_share_and_note,
 )
@@ -199,7 +199,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     of_car = recording.standstills is not None
     rates, at, budget, note = differing_rates(recording), last_usable(estimates), {}, ""
     cause = "" if estimates.usable.any() else hardly_turned(recording)
-    doubts = [beyond_range(recording), unstated_range(recording), constant_load(recording)]
+    doubts = [torque_beyond_sensor_range(recording), unstated_range(recording), constant_load(recording)]
     if at is None:
         cause = cause or suspected_cause(factory, recording, found, estimates) or doubts[0]
         cause = cause or hidden_by_zero(observer, estimates)

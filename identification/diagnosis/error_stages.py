@@ -33,7 +33,7 @@ SLIDES, SLID, MIN_SLIDES = 0.9, 0.5, 4
 over the largest of all for it to have slid [1], and fewest changes of level that make a walk."""
 
 
-def error_on_unseen(
+def model_error_on_unseen(
     residuals: Mapping[str, Array], recordings: Sequence[Recording], loss: Loss = LEAST_SQUARES
 ) -> ModelError | None:
     """The model error that residuals [N m] of recordings show to which no shared parameter was fitted.
@@ -149,7 +149,7 @@ def errors_of(
     unrefitted = unrefitted_residuals(trial.fitted, training, on_fitted_ground(training, holdout))
     unseen = (trial.residuals, holdout) if holdout else (left_out, training if left_out else ())
     errors = _errors(trial.residuals, training, holdout, left_out, unrefitted)
-    return errors, error_on_unseen(*unseen, trial.fitted.loss)
+    return errors, model_error_on_unseen(*unseen, trial.fitted.loss)
 
 
 def _errors(

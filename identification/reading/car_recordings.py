@@ -70,7 +70,9 @@ class RackRecording:
     at_limit: Mapping[str, float] = field(default_factory=dict)  # As of `Standstills`.
 
 
-def read_rack(path: str | Path, vehicle: Vehicle, signals: SignalMap = NO_MAP) -> RackRecording:
+def read_rack_recording(
+    path: str | Path, vehicle: Vehicle, signals: SignalMap = NO_MAP
+) -> RackRecording:
     """Read way and force of a car's rack."""
     path = Path(path)
     table = read_table(path, ("t",), READERS, signals)

@@ -1,10 +1,10 @@
-"""Templates of C, see `symbolic.compilation.bristle_kernel.c_templates`, and what fills them."""
+"""Templates of C and what fills them, by `symbolic.compilation.bristle_kernel.template_environment`."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from symbolic.compilation.bristle_kernel import c_templates
+from symbolic.compilation.bristle_kernel import template_environment
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,4 +23,4 @@ class ObserverBody:
 
 def render(template_name: str, terms: Mapping[str, Any]) -> str:
     """The text of a template of this package; a term that is missing is an error."""
-    return c_templates("observers.embedded").get_template(template_name).render(terms)
+    return template_environment("observers.embedded").get_template(template_name).render(terms)

@@ -14,7 +14,7 @@ from observers.patch.effective_friction import build_effective_friction, output_
 from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_theta_rig_tuning
 from observers.protocol import SAMPLE, Status
 from observers.quality.innovation_gate import build_innovation_test
-from observers.quality.innovation_monitor import log_mu_change_variance
+from observers.quality.innovation_monitor import log_mu_variance_between_grounds
 from observers.tuning import TUNING_FIELDS
 from symbolic import GEOMETRY, full_slide_torque
 
@@ -82,7 +82,7 @@ class StepSample:
     @property
     def change(self) -> Expression:
         """The variance that a change of the ground adds to ln mu."""
-        return log_mu_change_variance(named(TUNING_FIELDS, self.tuning))
+        return log_mu_variance_between_grounds(named(TUNING_FIELDS, self.tuning))
 
     def test(self, before: Parts, x: ca.MX, P: ca.MX, M_z: ca.MX, slopes: ca.MX) -> Parts:
         """The outputs of `build_innovation_test` at predicted states x (n,) of covariance P (n, n)."""

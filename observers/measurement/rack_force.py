@@ -59,7 +59,7 @@ class RackForce(AligningTorque):
         slack: play of the angle's noise, either way [rad].
         damping: standard deviation of the damping [N m s/rad].
         growth: standard deviation of the torque's growth over its share, over sin^2 of the angle [1].
-        lever_growth: by which one over the lever grows with the square of the angle [1/rad^2].
+        inverse_lever_growth: by which one over the lever grows with the square of the angle [1/rad^2].
     """
 
     stiffness: bool = True
@@ -72,7 +72,7 @@ class RackForce(AligningTorque):
     slack: float = 2e-4
     damping: float = 0.0
     growth: float = 0.0
-    lever_growth: float = 0.0
+    inverse_lever_growth: float = 0.0
     # Load and levers are known far better than the stiffness of tyre and suspension.
     gain_share: ClassVar[float] = SCALE_SHARE
     # Friction that turns over looks like noise.
@@ -91,7 +91,7 @@ class RackForce(AligningTorque):
             jacking=JACKING * abs(float(jacking_torque(vehicle, lock))) / sin(lock),
             damping=STD_PER_TOLERANCE * vehicle.tolerances.damping * vehicle.damping,
             growth=GROWTH * abs(growth_to_full_lock(vehicle, brakes=held).torque),
-            lever_growth=lever_growth_at_lock(vehicle, brakes=held) / lock**2,
+            inverse_lever_growth=lever_growth_at_lock(vehicle, brakes=held) / lock**2,
             **chosen,
         )
 
@@ -116,7 +116,7 @@ class RackForce(AligningTorque):
         slip = side - (side - last["slip"]) * left
         known = is_known(now["M_z"])
         torque = ca.if_else(known, ca.fabs(ca.if_else(known, now["M_z"], 0)), 0)
-        level = self.friction / (1 + self.lever_growth * psi**2) + self.load_share * torque
+        level = self.friction / (1 + self.inverse_lever_growth * psi**2) + self.load_share * torque
         turning = TURNING_OVER * PRESLIDING * ca.sqrt(ca.fmax(0, 1 - slip**2))
         # What is wrong of the return torque is so all along the way.
         returned = self.jacking * ca.sin(psi)

@@ -49,7 +49,7 @@ from observers.quality.acquisition_handover import (
 )
 from observers.quality.equivalent_patch import added_torques, build_patch_angle
 from observers.quality.hypotheses_verdict import VERDICT, build_mu_std_from_torque_scale
-from observers.quality.hysteresis_branches import TRACK, build_turning_point_update, sliding_onset_turn
+from observers.quality.hysteresis_branches import TRACK, build_present_branch_update, sliding_onset_turn
 from observers.quality.mu_over_k_hypotheses import (
     RESTART_STD,
     SETTINGS,
@@ -118,7 +118,7 @@ def build_tracking_step(patch: EquivalentPatch, measurement_model: MeasurementMo
     at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
     known = is_known(named(OUTPUT, output)["nis"])
     least = CONFIRMS * sliding_onset_turn(named(OUTPUT, output)["mu"], numbers["F_N"], tyre)
-    track, share = build_turning_point_update()(
+    track, share = build_present_branch_update()(
         parts["track"], at, named(SETTINGS, limits)["psi_noise"], least, known
     )
     path = named(TRACK, track)

@@ -59,7 +59,7 @@ points in use if the patch slid before the first sample; sum of the torques at r
 
 
 @cache
-def build_turning_point_update() -> ca.Function:
+def build_present_branch_update() -> ca.Function:
     """The present branch alone after a sample: (track, psi, slack, least, counts) -> (track, share).
 
     slack is the turn back that is no noise, least the travel at which a branch begins to tell something
@@ -107,7 +107,7 @@ def build_track_update() -> ca.Function:
     (track, points, psi, torque, size, slack, counts) -> (track, points, turns, share).
     points and turns (POINTS, PATHS) have a column for each path; turns [rad] are those of the branches,
     oldest first, whose torques add up; the first one is virgin. torque is the measured one and size its
-    size less its noise [N m]; the rest as for `build_turning_point_update`.
+    size less its noise [N m]; the rest as for `build_present_branch_update`.
     """
     inputs = symbols(
         ca.SX, track=len(TRACK), points=(POINTS, PATHS), psi=1, torque=1, size=1, slack=1, counts=1

@@ -75,6 +75,6 @@ def build_innovation_monitor(change: float = CHANGE) -> ca.Function:
     return named_function("monitor", inputs, outputs)
 
 
-def log_mu_change_variance(tuning: Parts) -> Expression:
+def log_mu_variance_between_grounds(tuning: Parts) -> Expression:
     """Variance of the difference of ln mu between two unknown grounds [1]."""
     return 2 * log_mu_prior_variance(tuning)

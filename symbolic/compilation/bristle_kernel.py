@@ -94,7 +94,7 @@ def kernel_source(model: Model) -> str:
     by_input = [f"stress_by[{s} * BRISTLES + i]" for s in range(stresses)]
     by_input += ["turn_by", "lever_by", "limit_by", *(f"shared_by[{i}]" for i in range(SHARED))]
     return (
-        c_templates("symbolic.compilation")
+        template_environment("symbolic.compilation")
         .get_template("bristle_kernel.c")
         .render(
             bristles=patch.bristles,
@@ -123,7 +123,7 @@ def kernel_source(model: Model) -> str:
 
 
 @cache
-def c_templates(package: str) -> "Environment":
+def template_environment(package: str) -> "Environment":
     """A package's templates: `${name}` stands for a value, a line that begins with %% is a statement.
 
     A statement about one line stands behind it, as in `code %% if x` and `code %% for y in z`.

@@ -66,7 +66,7 @@ def vehicle_from_tables(document: Mapping[str, object]) -> Vehicle:
         )
     if missing := [name for name in REQUIRED if name not in section]:
         raise InvalidInputError(f"[{VEHICLE}] {', '.join(missing)} missing")
-    values: dict[str, Any] = dict(tyre_of(section["tyre"]))
+    values: dict[str, Any] = dict(tyre_width_and_radius(section["tyre"]))
     tolerances: dict[str, float] = {}
     for name, entry in section.items():
         if name in TOLERANCE_ALONE:
@@ -95,7 +95,7 @@ def vehicle_from_tables(document: Mapping[str, object]) -> Vehicle:
         raise InvalidInputError(f"[{VEHICLE}] {error}") from None
 
 
-def tyre_of(size: object) -> dict[str, float]:
+def tyre_width_and_radius(size: object) -> dict[str, float]:
     """Nominal width and loaded radius of a tyre [m] by its size, such as 195/65 R15.
 
     Raises:

@@ -33,9 +33,9 @@ from symbolic.vehicle.contact_about_kingpin import (
     pressures_and_arms,
 )
 from symbolic.vehicle.steering import (
+    inverse_lever_growth,
     jacking_torque,
     lever,
-    lever_growth,
     lock_angle,
     mean_angle,
     sine_and_cosine,
@@ -199,4 +199,4 @@ def wheel_of_rack(
 def lever_growth_at_lock(vehicle: Vehicle, *, brakes: bool) -> float:
     """Growth of one over the gear's lever at full lock, torques divided as above [1]."""
     growth = growth_to_full_lock(vehicle, brakes=brakes).torque * np.sin(lock_angle(vehicle)) ** 2
-    return float((1 + lever_growth(vehicle)) * (1 + growth) - 1)
+    return float((1 + inverse_lever_growth(vehicle)) * (1 + growth) - 1)

@@ -50,7 +50,7 @@ def sine_and_cosine(psi: Expression) -> tuple[Expression, Expression]:
     return functions.sin(psi), functions.cos(psi)
 
 
-def lever_growth(vehicle: Vehicle) -> float:
+def inverse_lever_growth(vehicle: Vehicle) -> float:
     """q, by which 1 / r grows from the middle to full lock [1]."""
     return vehicle.lever_loss / (1 - vehicle.lever_loss)
 
@@ -58,13 +58,13 @@ def lever_growth(vehicle: Vehicle) -> float:
 def mean_angle(vehicle: Vehicle, s: Expression) -> Expression:
     """Mean angle of the front wheels at a way of the rack [m], [rad]."""
     u = s / vehicle.rack_travel
-    return s / vehicle.steering_arm * (1 + lever_growth(vehicle) * u * u / 3)
+    return s / vehicle.steering_arm * (1 + inverse_lever_growth(vehicle) * u * u / 3)
 
 
 def lever(vehicle: Vehicle, s: Expression) -> Expression:
     """Lever r = ds / dpsi at a way of the rack [m], [m/rad]."""
     u = s / vehicle.rack_travel
-    return vehicle.steering_arm / (1 + lever_growth(vehicle) * u * u)
+    return vehicle.steering_arm / (1 + inverse_lever_growth(vehicle) * u * u)
 
 
 def lock_angle(vehicle: Vehicle) -> float:

@@ -23,7 +23,7 @@ from observers.measurement.measurement_model import CLEAN, RIG, ROWS, Measuremen
 from observers.patch.effective_friction import build_effective_friction
 from observers.patch.update import reset_retention, sensitivity_retention, signals_with_states
 from observers.protocol import SAMPLE
-from observers.quality.innovation_monitor import log_mu_change_variance
+from observers.quality.innovation_monitor import log_mu_variance_between_grounds
 from observers.tuning import TUNING_FIELDS
 from symbolic import DECLARED
 from symbolic.casadi_functions import named_function
@@ -102,7 +102,9 @@ def retentions(
         mu = [ca.MX.sym("mu")]
         walk[1, 0], walk[0, 1] = walk[1, 0] / mu[0], walk[0, 1] * mu[0]
     variance = variances[at, at] + Q[at] if predicted else variances[at, at]
-    change = reset_retention(ca.MX(1), variance, log_mu_change_variance(named(TUNING_FIELDS, tuning)))
+    change = reset_retention(
+        ca.MX(1), variance, log_mu_variance_between_grounds(named(TUNING_FIELDS, tuning))
+    )
     function = function_of_symbols(
         "retentions", [factor, last, now, *mu, rig, tuning], retention=ca.vertcat(ca.vec(walk), change)
     )
@@ -114,7 +116,7 @@ def effective_friction(patch: PatchCode) -> ca.Function:
     model, rig = patch.torque_model, patch.observer.rig
     mu, std, F_N = ca.MX.sym("mu"), ca.MX.sym("mu_std"), ca.MX.sym("F_N")
     slide = ca.MX.sym("slide", 2)
-    memory = model.layout.join(memory_with(patch, slide))
+    memory = model.layout.join(memory_with_slide_only(patch, slide))
     given = (mu, std, memory, F_N, ca.DM.ones(len(DECLARED)), ca.DM([rig.a, rig.e]), 0.0)
     friction = outputs_of(build_effective_friction(model), *given)
     return function_of_symbols("effective_friction", [mu, std, F_N, slide], **friction).expand()
@@ -125,7 +127,7 @@ def stiffness_ratio(model: MeasurementModel, x: str) -> str:
     return f"{x}[{state_index(model, 'stiffness')}]" if "stiffness" in model.states else "1.0"
 
 
-def memory_with(patch: PatchCode, slide: ca.MX) -> dict[str, ca.MX]:
+def memory_with_slide_only(patch: PatchCode, slide: ca.MX) -> dict[str, ca.MX]:
     """A memory of the linearised patch of which only the slide is known."""
     known = dict(zip(("slide", "beside"), ca.vertsplit(slide), strict=True))
     return {name: known.get(name, ca.MX(0)) for name, _, _ in patch.torque_model.layout.fields}

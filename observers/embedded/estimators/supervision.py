@@ -49,7 +49,7 @@ def supervision_functions(observer: ModelObserver, constants: ConstantSubstituti
         without_outputs(hysteresis_branches.build_track_update(), {"turns"}).expand(
             "follow_turns", {"cse": True}
         ),
-        hysteresis_branches.build_turning_point_update(),
+        hysteresis_branches.build_present_branch_update(),
         hysteresis_branches.build_new_ground_branches(),
         hysteresis_branches.build_sliding_onset_turn(),
         _edge(observer, constants.tunable == "all"),

@@ -13,7 +13,7 @@ from observers.embedded.estimators.sample_functions import (
     EstimatorCode,
     begin_estimator,
     function_of_symbols,
-    memory_with,
+    memory_with_slide_only,
     motion_depends_on_patch_torque,
     retentions,
     stiffness_ratio,
@@ -38,7 +38,7 @@ from observers.patch.update import slopes_by_states, tyre_states
 from observers.protocol import SAMPLE
 from observers.quality.friction_change_detection import change_monitor_fields
 from observers.quality.innovation_gate import COUNTS, build_innovation_test
-from observers.quality.innovation_monitor import log_mu_change_variance
+from observers.quality.innovation_monitor import log_mu_variance_between_grounds
 from observers.tuning import TUNING_FIELDS
 
 TORQUES = ("M_Z", "BY_MU", "BY_STIFFNESS", "BY_ANGLE")
@@ -188,7 +188,7 @@ class WindowFunctions:
         """(row, age, test) -> accepted, jump."""
         row, age, test, tuning = inputs = self.symbols("row", "age", "test", "tuning")
         stored, three = named(stored_rows(self.model), row), test[: TEST.index("run") + 1]
-        unknown = log_mu_change_variance(named(TUNING_FIELDS, tuning))
+        unknown = log_mu_variance_between_grounds(named(TUNING_FIELDS, tuning))
         accepted, jump = build_acceptance_update()(
             stored["accepted"], stored["jump"], age, three, unknown
         )
@@ -198,7 +198,7 @@ class WindowFunctions:
         """(test) -> increment of the arrival's variance of ln mu."""
         test, tuning = inputs = self.symbols("test", "tuning")
         result = named(test_outputs(self.model), test)
-        unknown = log_mu_change_variance(named(TUNING_FIELDS, tuning))
+        unknown = log_mu_variance_between_grounds(named(TUNING_FIELDS, tuning))
         jump = arrival_variance_increment(self.window, result["reset"], result["run"], unknown)
         return function_of_symbols("reset_arrival", inputs, jump=jump)
 
@@ -233,7 +233,7 @@ class WindowFunctions:
         names = ("x", "P", "newest", "now", "test", "imputed", "slide", "theta", "rig", "tuning")
         x, P, newest, now, test, imputed, slide, theta, rig, tuning = inputs = self.symbols(*names)
         model, result = self.patch.torque_model, named(test_outputs(self.model), test)
-        memory = model.layout.join(memory_with(self.patch, slide))
+        memory = model.layout.join(memory_with_slide_only(self.patch, slide))
         sample = StepSample(
             model=model, measurement_model=self.model, now=now, imputed=imputed, theta=theta, rig=rig,
             tuning=tuning,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from brushgrip.estimation.assumed_and_found_friction import offline_friction
-from brushgrip.estimation.friction_over_load import at_load, common_load
+from brushgrip.estimation.friction_at_common_load import at_load, common_load
 from identification import FoundModel
 from symbolic import Model, Rig, effects_named
 from tests.brushgrip.factories import make_estimates

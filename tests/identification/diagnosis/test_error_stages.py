@@ -8,9 +8,9 @@ import pytest
 from identification import Huber, Recording, fit, initial_guess
 from identification.diagnosis.error_stages import (
     declared_errors,
-    error_on_unseen,
     errors_of,
     left_out_residuals,
+    model_error_on_unseen,
 )
 from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import LEAST_SQUARES, rmse_of
@@ -94,7 +94,7 @@ def coloured(recording: Recording, share: float, time: float, seed: int = 0) -> 
 
 
 def error_of(residuals: dict[str, np.ndarray], recordings: list[Recording], *loss: Huber) -> ModelError:
-    found = error_on_unseen(residuals, recordings, *loss)
+    found = model_error_on_unseen(residuals, recordings, *loss)
     assert found is not None
     return found
 
@@ -169,7 +169,7 @@ def test_outliers_count_as_in_the_fit() -> None:
 
 def test_nothing_seen_is_nothing_known() -> None:
     one = turned("one", seconds=1.0)
-    assert error_on_unseen({}, []) is None
+    assert model_error_on_unseen({}, []) is None
     exact = error_of({"one": np.zeros(one.t.size)}, [one])
     assert (exact.spread, exact.correlation_time) == (0.0, pytest.approx(PERIOD))
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.car_files import vehicle_toml
-from identification.reading.car_recordings import RackRecording, read_rack
+from identification.reading.car_recordings import RackRecording, read_rack_recording
 from identification.steering.gear_friction_on_plates import identify_on_plates
 from reference_rig import CAR_STEP, FleetCar, draw_car, record_car, simulate_car
 from symbolic import InvalidInputError, vehicle_from_tables
@@ -79,7 +79,7 @@ def test_a_force_that_is_clipped_near_the_locks_is_refused(tmp_path: Path, share
 
     def read(shown: Array) -> RackRecording:
         columns = {"t": t, "rack": s, "F_rack": shown}
-        return read_rack(write_columns(tmp_path / "p.csv", columns), vehicle)
+        return read_rack_recording(write_columns(tmp_path / "p.csv", columns), vehicle)
 
     most = share * np.abs(force).max()
     with pytest.raises(InvalidInputError, match="clips it, and looks like less return torque"):
