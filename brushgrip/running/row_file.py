@@ -1,6 +1,6 @@
 """The rows of a summary on the disk, so that memory does not grow with their number."""
 
-import pickle
+import json
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from math import nan
@@ -24,7 +24,7 @@ class RowFile(Sequence[Row]):
 
     def __init__(self, count: int) -> None:
         """None of so many rows is there yet."""
-        self._file = TemporaryFile()  # noqa: SIM115
+        self._file = TemporaryFile("w+", encoding="utf-8")  # noqa: SIM115
         finalize(self, self._file.close)
         self._places, self._durations = np.zeros(count, dtype=np.int64), np.full(count, nan)
 
@@ -37,12 +37,12 @@ class RowFile(Sequence[Row]):
         self._places[number] = self._file.tell()
         if is_figure(row["duration"]):
             self._durations[number] = row["duration"]
-        pickle.dump(row, self._file)
+        print(json.dumps(dict(row)), file=self._file)
 
     def __getitem__(self, number: Any) -> Any:
         """The row of this number, of no slice."""
         self._file.seek(self._places[number])
-        return with_early_end(pickle.load(self._file), self._usual)
+        return with_early_end(json.loads(self._file.readline()), self._usual)
 
     @cached_property
     def _usual(self) -> float:
