@@ -158,7 +158,7 @@ class PlanRequest:
             of_torque = "" if car else f" of {noise:.2g} N m"
             say(f"this is enough in {ENOUGH} of {RUNS} simulated runs, noise{of_torque} on the torque")
         if counts_k:
-            say("k counts as a state: estimate with --stiffness-state")
+            say("k counts as a state: estimate, and codegen, with --stiffness-state")
         if car:
             if declared := declared_values_in_words(car, brakes=car.brakes):
                 say(declared)

@@ -39,7 +39,8 @@ def notes_on_declared_values(
     common = {}
     for name in dict.fromkeys(one.name for one in wanted):
         of_all = [one for one in wanted if one.name == name]
-        if len(of_all) == count >= FEWEST_ALIKE and _is_common(of_all):
+        # Shares of a car's torques are no values that anybody declares.
+        if name in TOLERATED and len(of_all) == count >= FEWEST_ALIKE and _is_common(of_all):
             common[name] = _common_note(of_all)
     single = [
         f"{one.owner}: {one.name} is at the end of its tolerance, {one.value:g}{_unit(one.name)}"

@@ -40,7 +40,7 @@ def test_writes_the_path_and_what_it_tells(planning: PlanRun) -> None:
     table = table_of(Path("p.csv"))
 
     assert outcome.status == 0
-    assert "k counts as a state: estimate with --stiffness-state" in outcome.out
+    assert "k counts as a state: estimate, and codegen, with --stiffness-state" in outcome.out
     assert [*table] == ["t", "psi", "psi_dot", "travel", "F_N", "deviation_01", "deviation_08"]
     # So that `simulate` takes it.
     assert (table["F_N"] == 400).all()
