@@ -4,7 +4,8 @@ import json
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from math import nan
-from tempfile import TemporaryFile
+from os import SEEK_END
+from tempfile import TemporaryFile, gettempdir
 from typing import Any
 from weakref import finalize
 
@@ -26,21 +27,26 @@ class RowFile(Sequence[Row]):
         """None of so many rows is there yet."""
         self._file = TemporaryFile("w+", encoding="utf-8")  # noqa: SIM115
         finalize(self, self._file.close)
-        self._places, self._durations = np.zeros(count, dtype=np.int64), np.full(count, nan)
+        self._places, self._durations = np.full(count, -1), np.full(count, nan)
 
     def __len__(self) -> int:
         """How many rows there will be."""
         return self._places.size
 
     def put(self, number: int, row: Row) -> None:
-        """Write the row of this number; none has been read yet."""
-        self._places[number] = self._file.tell()
+        """Write the row of this number."""
+        self._places[number] = self._file.seek(0, SEEK_END)
         if is_figure(row["duration"]):
             self._durations[number] = row["duration"]
-        print(json.dumps(dict(row)), file=self._file)
+        try:
+            print(json.dumps(dict(row)), file=self._file, flush=True)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, gettempdir()) from None
 
     def __getitem__(self, number: Any) -> Any:
         """The row of this number, of no slice."""
+        if self._places[number] < 0:
+            raise LookupError(f"there is no row {number} yet")
         self._file.seek(self._places[number])
         return with_early_end(json.loads(self._file.readline()), self._usual)
 

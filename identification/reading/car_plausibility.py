@@ -50,12 +50,14 @@ def rack_signals(columns: Mapping[str, Array], vehicle: Vehicle) -> tuple[Array,
     """Way of the rack [m] and force on it [N], measured or from the handwheel's side."""
     bar = columns.get("T_bar", np.zeros_like(columns["t"]))
     s, force = columns.get("rack"), columns.get("F_rack")
+    pinion = None
     if s is None:
         pinion = pinion_angle(vehicle, columns["handwheel"], np.nan_to_num(bar))
         s = rack_of_pinion(vehicle, pinion)[0]
-    else:
-        pinion = pinion_of_rack(vehicle, s)
-    return s, rack_force(vehicle, bar, columns.get("T_motor", 0.0), pinion) if force is None else force
+    if force is None:
+        pinion = pinion_of_rack(vehicle, s) if pinion is None else pinion
+        force = rack_force(vehicle, bar, columns.get("T_motor", 0.0), pinion)
+    return s, force
 
 
 def shares_at_limits(columns: Mapping[str, Array], speed: Array) -> dict[str, float]:

@@ -116,12 +116,15 @@ def tyre_width_and_radius(size: object) -> dict[str, float]:
 
 def _pairs(entry: object) -> tuple[tuple[float, ...], ...]:
     """Pairs of numbers, without that of the middle."""
-    if not (isinstance(entry, list) and all(isinstance(p, list) and len(p) == 2 for p in entry)):
+    pairs = entry if isinstance(entry, list) else []
+    if not pairs or not all(isinstance(p, list) and len(p) == 2 for p in pairs):
         raise InvalidInputError(
             f"[{VEHICLE}] {RATIO_TABLE}: write [[rad, m], ...], got {quoted_value(entry)}"
         )
-    pairs = [tuple(_number(RATIO_TABLE, number) for number in pair) for pair in entry]
-    return tuple(pairs[1:] if pairs[:1] == [(0.0, 0.0)] else pairs)
+    numbers = [tuple(_number(RATIO_TABLE, number) for number in pair) for pair in pairs]
+    if not (beside := numbers[1:] if numbers[0] == (0.0, 0.0) else numbers):
+        raise InvalidInputError(f"[{VEHICLE}] {RATIO_TABLE} has no pair beside the middle")
+    return tuple(beside)
 
 
 def _tolerance(name: str, entry: object, keys: tuple[str, ...]) -> float:

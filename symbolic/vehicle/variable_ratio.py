@@ -47,7 +47,7 @@ def _on_piece(
 
 
 @cache
-def _pieces(pairs: Pairs) -> list[tuple[float, ...]]:
+def _pieces(pairs: Pairs) -> tuple[tuple[float, ...], ...]:
     """Where each piece begins [rad], and its coefficients from the cubic one on."""
     from scipy.interpolate import PchipInterpolator
 
@@ -55,4 +55,4 @@ def _pieces(pairs: Pairs) -> list[tuple[float, ...]]:
     beyond = 2 * from_middle[-1] - from_middle[-2]
     knots, ways = np.vstack([-from_middle[1], from_middle, beyond]).T
     coefficients = PchipInterpolator(knots, ways).c.T[1:].tolist()
-    return [(knot, *piece) for knot, piece in zip(knots[1:-1].tolist(), coefficients, strict=True)]
+    return tuple((knot, *piece) for knot, piece in zip(knots[1:-1].tolist(), coefficients, strict=True))

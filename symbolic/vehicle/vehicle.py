@@ -170,7 +170,9 @@ class Vehicle:
 
     def __post_init__(self) -> None:
         """Check every value against its range, and each pair against the one before."""
-        for before, (angle, way) in pairwise(((0.0, 0.0), *self.rack_by_handwheel)):
+        pairs = tuple((float(angle), float(way)) for angle, way in self.rack_by_handwheel)
+        object.__setattr__(self, "rack_by_handwheel", pairs)
+        for before, (angle, way) in pairwise(((0.0, 0.0), *pairs)):
             turn, moved = angle - before[0], way - before[1]
             if not (0 < turn < inf and LEAST_GAIN * turn <= moved <= MOST_GAIN * turn):
                 raise InvalidInputError(

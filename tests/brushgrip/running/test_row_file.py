@@ -28,6 +28,16 @@ def test_rows_come_back_in_order_with_a_remark_on_those_that_end_early() -> None
     assert read == given
 
 
+def test_a_row_that_is_not_there_is_no_other_one() -> None:
+    rows = RowFile(2)
+    rows.put(1, {"duration": 1.0, "recording": "b"})
+    with pytest.raises(LookupError, match="there is no row 0 yet"):
+        list(rows)
+    rows.put(0, {"duration": 1.0, "recording": "a"})
+
+    assert [row["recording"] for row in rows] == ["a", "b"]
+
+
 def test_no_more_is_begun_than_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(trial_runner, "_PENDING", 3)
     begun: list[Future[int]] = []

@@ -208,7 +208,8 @@ def test_a_ratio_that_varies() -> None:
     assert np.isnan(rack_of_pinion(car, np.array([np.nan]))).all()
     assert rack_force(car, 2.4, 1.0, 5.0) == pytest.approx(2.4 / 0.012 + 10.0 / 0.008)
     assert "angle of the pinion" in refused(rack_force, car, 2.0)
-    one = replace(CAR, rack_by_handwheel=((1.0, 0.01),))
+    one = replace(CAR, rack_by_handwheel=np.array([[1.0, 0.01]]))  # type: ignore[arg-type]
+    assert one.rack_by_handwheel == ((1.0, 0.01),)
     assert rack_position(one, 3.0, 0.0) == pytest.approx(0.03)
     assert one.rack_gain == pytest.approx(0.01)
 
@@ -222,6 +223,8 @@ def test_a_ratio_that_varies() -> None:
         ([[90.0, 0.012]], "0.00125 to"),
         ([[float("inf"), float("inf")]], "rack_by_handwheel"),
         ([[1.5, "wide"]], "rack_by_handwheel"),
+        ([], "rack_by_handwheel: write"),
+        ([[0, 0]], "rack_by_handwheel has no pair beside the middle"),
         ([[1.5, 0.012, 3]], "write [[rad, m], ...]"),
         (15.0, "write [[rad, m], ...]"),
     ],
