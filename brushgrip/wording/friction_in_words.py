@@ -169,10 +169,7 @@ def how_to_narrow(cause: str) -> str:
 WAYS = ("positive", "negative")
 """Directions of turning, by the sign of psi."""
 LACKING = "find what the model lacks (brushgrip diagnose), then --model"
-LACKING_STILL = (
-    "find what --model lacks (brushgrip diagnose with this recording too); if that names nothing more,"
-    " turn on, to and fro: friction is acquired by a simpler patch, and late where it depends on speed"
-)
+LACKING_STILL = "find what --model lacks (brushgrip diagnose with this recording too), else turn on"
 
 
 def status_in_words(status: Status) -> str:
