@@ -142,6 +142,11 @@ def gain_error(rng: np.random.Generator, off: float, std: float) -> float:
     return GAIN_SHARE * max(0.0, abs(off) - GAIN_FREE * std) * float(rng.standard_normal())
 
 
+def error_kept(turned: Any, tuning: Tuning) -> Any:
+    """Correlation of the model's error with that before a turn [rad], [1]."""
+    return np.exp(-2 * turned / max(tuning.error_travel, MIN_TURN))
+
+
 def _stated(rng: np.random.Generator, M_z: Any, psi: Any, load: float, tuning: Tuning) -> Any:
     """The torque [N m] with the errors that the tuning states: of the model, noise, and the zero's walk.
 
@@ -150,8 +155,7 @@ def _stated(rng: np.random.Generator, M_z: Any, psi: Any, load: float, tuning: T
     """
     slide = 0.375 * load * RIG.a
     white = rng.standard_normal((3, psi.size))
-    turned = np.abs(np.diff(psi, prepend=psi[0]))
-    kept = np.exp(-2 * turned / max(tuning.error_travel, MIN_TURN))
+    kept = error_kept(np.abs(np.diff(psi, prepend=psi[0])), tuning)
     error = white[0]
     for i in range(1, error.size):
         error[i] = kept[i] * error[i - 1] + np.sqrt(1 - kept[i] ** 2) * error[i]

@@ -28,7 +28,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.ice import MIN_TURN, gain_error
+from benchmarks.ice import error_kept, gain_error
 from observers import PROFILES, AligningTorque, Ekf, Loop, Plan, Probe, Sample, SteeringLimits, plan
 from reference_rig import FOURTEEN_BIT_STEP, RigTyre, SteeredWheel
 from symbolic import Model, Rig, Tolerances
@@ -88,7 +88,7 @@ class RigWheel:
     def _with_stated_errors(self, M_z: float, turned: float) -> float:
         """The torque [N m] with the scale, the model's error after a turn [rad], and the zero's walk."""
         tuning, (one, other) = PROFILES["clean"], self.late.standard_normal(2)
-        kept = np.exp(-2 * turned / max(tuning.error_travel, MIN_TURN))
+        kept = error_kept(turned, tuning)
         self.error = kept * self.error + np.sqrt(1 - kept**2) * one
         self.walk += SLIDE * tuning.zero_walk * np.sqrt(DT) * other
         return float(self.gain * M_z * (1 + tuning.error * self.error) + self.walk)

@@ -22,7 +22,7 @@ from symbolic import InvalidInputError
 PERIOD = 50
 """Between updates [ms]."""
 PICTURES = 4
-"""One of so many updates is of the pictures; the words do not wait for these, which take longest."""
+"""One of so many updates is of the pictures, which take longest; the others are of the words alone."""
 GRID = 0.01
 """Between points in the pictures [s]; at higher rates they show some of the samples."""
 SHOWN = 3_000

@@ -101,10 +101,7 @@ def test_a_page_whose_process_is_gone_or_hangs_calls_nothing_usable(
 
 @pytest.mark.long
 @pytest.mark.parametrize("page", ["1"], indirect=True)
-def test_a_slow_browser_calls_nothing_usable_that_is_long_past(
-    browser: Any, page: tuple[subprocess.Popen[bytes], str, Path]
-) -> None:
-    _, address, _ = page
+def test_a_slow_browser_calls_nothing_usable_that_is_long_past(browser: Any, address: str) -> None:
     desk, phone = browser.new_page(), browser.new_page(viewport={"width": 390, "height": 844})
     desk.goto(address)
     phone.goto(address)
@@ -118,10 +115,7 @@ def test_a_slow_browser_calls_nothing_usable_that_is_long_past(
 
 @pytest.mark.long
 @pytest.mark.parametrize("page", ["0.4"], indirect=True)
-def test_a_page_whose_connection_broke_goes_on(
-    browser: Any, page: tuple[subprocess.Popen[bytes], str, Path]
-) -> None:
-    _, address, _ = page
+def test_a_page_whose_connection_broke_goes_on(browser: Any, address: str) -> None:
     shown = browser.new_page()
     shown.add_init_script(
         "const Own = WebSocket; window.own = [];"
@@ -156,6 +150,12 @@ def page(
     out, speed = tmp_path / "live.parquet", getattr(request, "param", "20")
     with live_process(RECORDING, "--rig", RIG, "--speed", speed, "--record", out) as (process, address):
         yield process, address, out
+
+
+@pytest.fixture
+def address(page: tuple[subprocess.Popen[bytes], str, Path]) -> str:
+    """The address of the command's page."""
+    return page[1]
 
 
 @pytest.fixture
