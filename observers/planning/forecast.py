@@ -60,10 +60,10 @@ class Forecast:
         """Its first samples."""
         return Forecast(**{name: values[:end] for name, values in vars(self).items()})
 
-    def reached(self, target: float, most_torque: float = np.inf) -> int | None:
-        """First sample that is usable with at most this deviation, unless the torque was too great."""
-        good = self.deviations(most_torque) <= target
-        return int(np.argmax(good)) if good.any() else None
+    def reached(self, target: float, most_torque: float = np.inf, first: int = 0) -> int | None:
+        """First usable sample, from `first` on, within the target; none after too great a torque."""
+        good = np.flatnonzero(self.deviations(most_torque)[first:] <= target)
+        return first + int(good[0]) if good.size else None
 
     def best(self, most_torque: float = np.inf) -> int | None:
         """Sample with the least of these deviations; None where none is usable."""
@@ -167,15 +167,15 @@ class Forecaster:
 
     def forecast_until_target(
         self, path: SteeringPath, case: ForecastCase, F_N: float,
-        target: float, most_torque: float, last: int, noise: Array | None = None,
+        target: float, most_torque: float, last: int, noise: Array | None = None, first: int = 0,
     ) -> tuple[int | None, float]:  # fmt: skip
-        """First sample up to about the `last` at which the target is reached, and the deviation there.
+        """First sample, from `first` to about `last`, that reaches the target, and the deviation there.
 
         None where it is not, with the least deviation up to there, 1 at most.
         """
         deviation = 1.0
         for forecast in self.forecast_along(path, case, F_N, noise):
-            at = forecast.reached(target, most_torque)
+            at = forecast.reached(target, most_torque, first)
             if at is not None:
                 return at, float(forecast.deviation[at])
             deviation = min(1.0, float(forecast.deviations(most_torque).min()))

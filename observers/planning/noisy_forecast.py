@@ -64,11 +64,15 @@ class NoisyForecaster:
         return sorted(reached)
 
     def reach(self, path: SteeringPath, case: ForecastCase, last: int) -> tuple[int | None, float]:
-        """First sample at which enough runs have reached the target; the target where they have.
+        """First sample at which enough runs have reached the target, and it is met without noise too.
 
-        Else None, with less than the target, the less the more runs reached it.
+        Else None. With it the deviation there; where too few runs reach the target, less than that, the
+        less the more do.
         """
         reached = self.reached(path, case, last)
         if len(reached) >= self.enough:
-            return reached[self.enough - 1], self.target
+            return self.forecaster.forecast_until_target(
+                path, case, self.F_N, self.target, self.most_torque, last,
+                first=reached[self.enough - 1],
+            )  # fmt: skip
         return None, self.target * (1 - len(reached) / len(self.noise))

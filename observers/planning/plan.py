@@ -221,7 +221,11 @@ class _Search:
         whole = [self.forecaster.forecast_whole(path, case, self.F_N) for case in self.cases]
         runs = [self.noisy.reached(path, case, path.psi.size, every=True) for case in self.cases]
         enough = self.noisy.enough
-        reached = [one[enough - 1] if len(one) >= enough else None for one in runs]
+        # The sigma/mu that is shown has no noise: it has to be within the target there too.
+        reached = [
+            one.reached(self.target, self.limits.torque, of[enough - 1]) if len(of) >= enough else None
+            for one, of in zip(whole, runs, strict=True)
+        ]
         last = max((at for at in reached if at is not None), default=0)
         end = min(one.allowed(self.limits.torque) for one in whole)
         if None not in reached:

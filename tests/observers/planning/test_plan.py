@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from observers import Ekf, Plan, SteeringLimits, plan, run
+from observers import Ekf, Plan, SteeringLimits, plan, profile, run
 from observers.planning import noisy_forecast
 from observers.planning.forecast import Forecaster
 from observers.planning.plan import _Search
@@ -193,6 +193,15 @@ def test_bad_arguments_are_refused(acquiring: Ekf, given: dict[str, object], wor
     usual = {"target": 0.05, "limits": LIMITS, "F_N": LOAD}
     with pytest.raises(InvalidInputError, match=words):
         plan(acquiring, **usual | given)
+
+
+def test_the_deviation_shown_where_a_target_is_reached_is_usable_and_within_it(acquiring: Ekf) -> None:
+    observer = replace(acquiring, tuning=profile("real_tyre"))
+    told = plan(observer, 0.15, LIMITS, LOAD, mus=(0.1, 0.2, 0.9), coarse=True)
+
+    assert told.reasons == ()
+    for at, forecast in zip(told.reached, told.forecasts, strict=True):
+        assert forecast.deviations(np.inf)[at] <= 0.15
 
 
 @pytest.mark.long
