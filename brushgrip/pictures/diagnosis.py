@@ -256,8 +256,9 @@ def _curve(axes: Axes, family: FoundFamily, curve: Curve) -> list[Artist]:
         at = leg[known[leg]]
         low, high = curve.y[at] - 2 * curve.std[at], curve.y[at] + 2 * curve.std[at]
         axes.fill_between(curve.x[at], low, high, color=AFTER, alpha=0.25, lw=0)
-    unit = "" if curve.y_unit == "1" else f" [{curve.y_unit}]"
-    axes.set(xlabel=f"{curve.x_name} [{curve.x_unit}]", ylabel=f"{curve.y_name}{unit}")
+    of_friction = "internal friction μ [1]"  # Not μ_eff.
+    label = of_friction if curve.y_unit == "1" else f"{curve.y_name} [{curve.y_unit}]"
+    axes.set(xlabel=f"{curve.x_name} [{curve.x_unit}]", ylabel=label)
     laws = listed([effect_words(name) for name in family.effects])
     axes.set_title(f"{effect_words(family.name)}: {laws}")
     return artists

@@ -131,10 +131,11 @@ def _more_recordings(outcome: FrictionOutcome) -> list[str]:
     ground, one = max(wide.items(), key=lambda own: own[1].further or 0.0)
     count, half = one.recordings, one.further or 0.0
     digits, more = band_decimals(half), one.further_with(2 * count)
+    seconds = fmean(float(track.t[-1] - track.t[0]) for track, _ in outcome.known_tracks(ground))
     return [
-        f"record {ground} {count} more times, at the load that you need friction for: ±"
-        f" {half:.{digits}f} would come to about ± {more:.{digits}f} if they differ as much as these,"
-        " or to less if it is their loads that make these differ"
+        f"record {ground} {count} more times, {seconds:.0f} s each like these, at the load that you need"
+        f" friction for: ± {half:.{digits}f} would come to about ± {more:.{digits}f} if they differ as"
+        " much as these, or to less if it is their loads that make these differ"
     ]
 
 

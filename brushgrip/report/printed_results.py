@@ -4,13 +4,13 @@ from collections.abc import Mapping
 
 from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome, found_model
 from brushgrip.outputs.console import print_table, print_text, say, warn
-from brushgrip.report.friction_summary import (
-    note_on_changing_friction,
-    settling_and_coverage_rows,
-    widest_causes,
-)
+from brushgrip.report.friction_summary import widest_causes
 from brushgrip.report.plain_summary import friction_and_notes, lines_to_send
-from brushgrip.report.tables import errors_by_stage, friction_by_recording
+from brushgrip.report.tables import (
+    errors_by_stage,
+    friction_by_recording,
+    settling_and_coverage_table,
+)
 from brushgrip.report.validity_and_missing_effects import notes_beside
 from brushgrip.wording.diagnosis_in_words import (
     GRADES,
@@ -98,10 +98,13 @@ def print_diagnosis(
         if not proposal.feasible:
             print_text(f"not separable: {experiment_in_words(proposal)}")
     if outcome:
-        headings, rows = settling_and_coverage_rows(outcome)
-        title = "Friction by the assumed model → by the model found, mean over recordings"
-        title += note_on_changing_friction(diagnosis)
-        print_table(title, headings[:-1], [row[:-1] for row in rows], right=True)
+        settling = settling_and_coverage_table(outcome, diagnosis)
+        title = f"Settling and coverage of friction. {settling.caption}"
+        print_table(title, settling.headings[:-1], [row[:-1] for row in settling.rows], right=True)
+        print_text(
+            "Settled: within 10 % of where the estimate ends. Movement: largest minus smallest estimate"
+            " over the last one. Standard deviation: of μ_eff, median."
+        )
     print_text(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
     to_send, details = lines_to_send(diagnosis, outcome, warning) if outcome else ([], [])
     told = " ".join(item for _, items in (*to_send, *details) for item in items)

@@ -289,5 +289,5 @@ def error_to_quote(diagnosis: Diagnosis) -> str:
     if not bare:
         return f"{told}, in {judged}, with {values}."
     left = percent(stages[-1].summary()[judging])
-    rest = "is left; the difference does not repeat from recording to recording."
+    rest = "is left; the difference is particular to each recording."
     return f"{told}, in {judged}. With {values}, {left} {rest}"

@@ -65,7 +65,7 @@ def _unrefitted(diagnosis: Diagnosis) -> str:
     error = unrefitted_error(diagnosis)
     if error is None:
         return ""
-    return f", but {percent(error)} with nothing adjusted: there friction, lengths or load are others"
+    return f", but {percent(error)} with nothing adjusted: there friction, lengths or load differ"
 
 
 def unexplained_is_larger(diagnosis: Diagnosis) -> bool:

@@ -93,7 +93,7 @@ class SignalCorrelation:
     def figures(self) -> str:
         """The signal with correlation and band."""
         value = f"{self.correlation:+.2f}".replace("-", "−")
-        return f"{self.signal} ({value}, by chance within ±{self.band:.2f})"
+        return f"{self.signal} (correlation {value}, by chance within ±{self.band:.2f})"
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `diagnosis.json`."""

@@ -113,8 +113,8 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
     # Six of the same scatter: t of five degrees of freedom is 2.5706.
     wider = np.hypot(2.5706 * 0.1 * np.sqrt(7 / 6), 1.96 * 0.05)
     assert (
-        f"Record ice 3 more times, at the load that you need friction for: ± {half:.2f} would come to"
-        f" about ± {wider:.2f} if" in text
+        "Record ice 3 more times, 10 s each like these, at the load that you need friction for:"
+        f" ± {half:.2f} would come to about ± {wider:.2f} if" in text
     )
     like = tuple(replace(track, mu=np.full(11, 1.2)) for track in tracks)
     same = mail(make_diagnosis(("a", "b", "d"), ("c",)), replace(judged, tracks=like))

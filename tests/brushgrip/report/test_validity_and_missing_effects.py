@@ -148,5 +148,5 @@ def test_what_is_left_where_everything_of_a_recording_is_fitted_is_told() -> Non
     left = percent(diagnosis.after.summary()["holdout_torque_nrmse"])
 
     told = error_to_quote(replace(diagnosis, after=bare))
-    assert f", fitted to each, {left} is left; the difference does not repeat from recording" in told
+    assert f", fitted to each, {left} is left; the difference is particular to each recording" in told
     assert "is left" not in error_to_quote(diagnosis)

@@ -80,7 +80,7 @@ def test_structure_is_reported_with_what_it_follows(recording: Recording, plante
 
     assert said.present
     assert said.structured == pytest.approx(0.01, rel=0.15)
-    assert f"{word} (+" in said.evidence
+    assert f"{word} (correlation +" in said.evidence
     assert re.search(r"correlated over \d+ samples\. ", said.evidence)
     assert "\n" not in said.evidence
 
