@@ -26,6 +26,7 @@ from observers.quality.hysteresis_branches import (
     TRACK,
     build_relative_mu_sensitivity,
     build_track_update,
+    loads_of_branches,
 )
 from observers.quality.mu_over_k_hypotheses import (
     MAX_MODEL_ERROR,
@@ -61,18 +62,18 @@ PROVED = 3
 FORGIVING = 10.0
 """Explained independent samples over which that count fades."""
 OWN = (
-    *("acquiring", "phase", "scale", "excess", "F_N", "F_N_first"),
+    *("acquiring", "phase", "scale", "excess", "F_N", "F_N_first", "load", "load_at_rest"),
     *("squares", "weight", "doubt", "again", "streak", "lost", "predicted", "predicted_before"),
     *("confirmed", "lasting", "patch_psi"),
 )
 """Whether friction is being acquired; 1 where the verdict is due, `OVER` after the search; s that the
-torque is divided by [1]; what s adds to the relative deviation of mu [1]; last load and the first one
-[N]; sum of the squares of the innovations, and that of their weights; independent samples that were not
-explained; 1 after a change of the ground, or `FAILED`; torques in a row, computed from the steering
-torque, that friction does not explain, and 1 where friction is acquired anew; torques predicted at the
-last two of them [N m]; 1 once the model has explained torque since the handover, 2 where nothing lasted,
-`PROVED` where it has for long; smoothed innovation [N m]; angle behind the gaps in series with the patch
-[rad]."""
+torque is divided by [1]; what s adds to the relative deviation of mu [1]; last load, the first one, and
+the loads of `build_equivalent_contact` [N]; sum of the squares of the innovations, and that of their
+weights; independent samples that were not explained; 1 after a change of the ground, or `FAILED`;
+torques in a row, computed from the steering torque, that friction does not explain, and 1 where friction
+is acquired anew; torques predicted at the last two of them [N m]; 1 once the model has explained torque
+since the handover, 2 where nothing lasted, `PROVED` where it has for long; smoothed innovation [N m];
+angle behind the gaps in series with the patch [rad]."""
 KEPT = (Status.MISSING, Status.HELD, Status.RESET)
 """Flags of the estimator that count while friction is acquired."""
 
@@ -98,17 +99,17 @@ DECLARED_PATCH = EquivalentPatch()
 def build_hypothesis_search_step(gear: bool = False) -> ca.Function:
     """One torque while friction is acquired; with a gear, dry is a further input.
 
-    (search, verdict, phase, beside, psi, F_N, M_z, added, tyre, limits) -> (search, verdict, share,
-    counted). tyre is k, a and e; M_z [N m] is NaN where nothing is measured; added is the variance of
-    the way to it [N^2 m^2]; counted is 1 where the torque was weighed. Torques are weighed and the
-    verdict is given in turn, phase 0 and 1: half the work a sample. Hypotheses beside the likeliest,
-    so many to each side, are weighed.
+    (search, verdict, phase, beside, psi, F_N, loads, M_z, added, tyre, limits) -> (search, verdict,
+    share, counted). loads (2,) are those at the present rate and at rest [N], tyre is k, a and e; M_z
+    [N m] is NaN where nothing is measured; added is the variance of the way to it [N^2 m^2]; counted is
+    1 where the torque was weighed. Torques are weighed and the verdict is given in turn, phase 0 and 1:
+    half the work a sample. Hypotheses beside the likeliest, so many to each side, are weighed.
     """
     inputs = symbols(
         ca.MX, search=search_layout(gear).size, verdict=len(VERDICT), phase=1, beside=1, psi=1, F_N=1,
-        M_z=1, added=1, tyre=3, limits=len(SETTINGS), **gear_friction_size(gear),
+        loads=2, M_z=1, added=1, tyre=3, limits=len(SETTINGS), **gear_friction_size(gear),
     )  # fmt: skip
-    search, verdict, phase, beside, psi, F_N, M_z, added, tyre, limits, *dry = inputs.values()
+    search, verdict, phase, beside, psi, F_N, loads, M_z, added, tyre, limits, *dry = inputs.values()
     parts, numbers = search_layout(gear).split(search), named(SETTINGS, limits)
     known = ca.logic_and(is_known(psi), is_known(M_z))
     torque = ca.if_else(known, M_z, 0)
@@ -131,7 +132,8 @@ def build_hypothesis_search_step(gear: bool = False) -> ca.Function:
         torque, F_N, tyre[1], added, after["reach"], share, numbers["error"]
     )
     variance = variance + sum((d[1] ** 2 / share for d in dry), ca.MX(0))
-    weighed = (parts["hypotheses"], beside, turns, F_N, torque, variance, share, tyre, *dry)
+    carried = loads_of_branches(after, loads)
+    weighed = (parts["hypotheses"], beside, turns, carried, torque, variance, share, tyre, *dry)
     hypotheses = output_if(counts, build_hypotheses_update(gear), weighed, parts["hypotheses"])
     after["explained"] += ca.if_else(counts, noisy, 0)
     judged = (hypotheses, after["explained"], after["reach"], limits)
@@ -164,7 +166,7 @@ def build_acquisition_decision(
     verdict, output = named(VERDICT, inputs["verdict"]), named(OUTPUT, inputs["output"])
     error = ca.fmin(limits["error"], MAX_MODEL_ERROR) ** 2
     # A model's error does not average out: where mu moves the torque little, it moves mu much.
-    given = (inputs["widest"], verdict["log_ratio"], own["F_N"], inputs["tyre"])
+    given = (inputs["widest"], verdict["log_ratio"], own["load"], inputs["tyre"])
     by_error = error / build_relative_mu_sensitivity()(*given) ** 2
     sample = {"M_z": inputs["M_z"], "added": inputs["added"], "error": error}
     told = (own, verdict, output, limits, sample, verdict["variance"] + by_error)
@@ -274,8 +276,8 @@ def build_acquisition_step(patch: EquivalentPatch, measurement_model: Measuremen
     search, verdict, own, output, psi, M_z, _, added, tyre, limits, friction, *dry = inputs.values()
     numbers = named(OWN, own)
     search, verdict, share, counted = build_hypothesis_search_step(gear)(
-        search, verdict, numbers["phase"], len(RATIOS), psi, numbers["F_N"], M_z, added, tyre, limits,
-        *dry,
+        search, verdict, numbers["phase"], len(RATIOS), psi, numbers["F_N"],
+        ca.vertcat(numbers["load"], numbers["load_at_rest"]), M_z, added, tyre, limits, *dry,
     )  # fmt: skip
     widest = named(TRACK, search_layout(gear).split(search)["track"])["widest"]
     conclude = build_acquisition_decision(patch, measurement_model)

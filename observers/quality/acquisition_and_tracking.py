@@ -47,7 +47,12 @@ from observers.quality.acquisition_handover import (
     states_handed_over,
     take_acquired,
 )
-from observers.quality.equivalent_patch import added_torques, build_patch_angle
+from observers.quality.equivalent_patch import (
+    added_torques,
+    build_equivalent_contact,
+    build_patch_angle,
+    newest_signals,
+)
 from observers.quality.hypotheses_verdict import VERDICT, build_mu_std_from_torque_scale
 from observers.quality.hysteresis_branches import TRACK, build_present_branch_update, sliding_onset_turn
 from observers.quality.mu_over_k_hypotheses import (
@@ -62,7 +67,7 @@ from observers.quality.mu_over_k_hypotheses import (
 from observers.quality.sample_screening import has_flag
 from observers.quality.tracking_consistency import build_tracking_consistency
 from observers.tuning import TUNING_FIELDS
-from symbolic import Model, full_slide_torque
+from symbolic import GEOMETRY, SIGNALS, Model, full_slide_torque
 from symbolic.casadi_functions import named_function, output_if
 
 MAY_HAVE_MOVED = 3.0
@@ -117,13 +122,14 @@ def build_tracking_step(patch: EquivalentPatch, measurement_model: MeasurementMo
     parts, numbers = search_layout(gear).split(search), named(OWN, own)
     at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
     known = is_known(named(OUTPUT, output)["nis"])
-    least = CONFIRMS * sliding_onset_turn(named(OUTPUT, output)["mu"], numbers["F_N"], tyre)
+    least = CONFIRMS * sliding_onset_turn(named(OUTPUT, output)["mu"], numbers["load"], tyre)
     track, share = build_present_branch_update()(
         parts["track"], at, named(SETTINGS, limits)["psi_noise"], least, known
     )
     path = named(TRACK, track)
     turn = ca.fabs(path["extreme"] - path["origin"])
-    torque = (psi, numbers["F_N"], M_z, added, tyre, limits, *dry)
+    loads = ca.vertcat(numbers["load"], numbers["load_at_rest"])
+    torque = (psi, numbers["F_N"], loads, M_z, added, tyre, limits, *dry)
     idle = (search_layout(gear).join({**parts, "track": track}), verdict, 0, 0)
     search, verdict, _, counted = output_if(
         numbers["phase"] < OVER, build_hypothesis_search_step(gear),
@@ -174,6 +180,12 @@ def build_step_with_acquisition(
     slide, declared = full_slide_torque(own["F_N"], rig[0]), named(RIG, rig)["zero_std"]
     zero_std = slide * share_of_full_slide(declared, slide, fields["zero_std"])
     psi = _behind_gaps(model, own, psi, M_z, added + zero_std**2, theta)
+    own["load"] = own["load_at_rest"] = own["F_N"]
+    if (contact := build_equivalent_contact(model)) is not None:
+        signals = newest_signals(measurement_model, parts, after)
+        signals[SIGNALS.index("F_N")] = own["F_N"]
+        loads, tyre[1] = contact.call([signals, theta, rig[: len(GEOMETRY)]])
+        own["load"], own["load_at_rest"] = ca.vertsplit(loads)
     reset = has_flag(named(OUTPUT, output)["status"], Status.RESET)
     changed, tracked = ca.logic_or(reset, own["lost"]), own["acquiring"] == 0
     restarts, anew = ca.logic_and(changed, tracked), ca.logic_or(own["lost"], reset * tracked)

@@ -2,18 +2,21 @@
 
 Acquisition weighs hypotheses on the declared patch, which costs little and forgets nothing wrongly. A
 model with effects is softer, or slides at another level: it is driven once through a turn and back, and
-the acquisition itself says which declared patch it looks like. What effects add to the patch's torque,
-as a spring does, no declared patch looks like, and it does not scale with friction: it is taken off. So
-is the turn through a gap, which the torque tells by its sign.
+the acquisition itself says which declared patch it looks like. Friction that depends on rate and load
+acts as another load: that at the present rate, and, where the wheel turned back, that at rest. A patch
+that grows with the load has another half-length. What effects add to the patch's torque, as a spring
+does, no declared patch looks like, and it does not scale with friction: it is taken off. So is the turn
+through a gap, which the torque tells by its sign.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 
 import casadi as ca
 import numpy as np
 
-from observers.layout import Expression, Layout, symbols
+from observers.layout import Expression, Layout, named, symbols, vector_of
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.measurement.torque_error import is_known
 from observers.patch.update import signals_with_states
@@ -22,11 +25,13 @@ from observers.quality.acquisition_handover import newest_of_sample, newest_stat
 from observers.quality.hypotheses_verdict import VERDICT
 from observers.quality.mu_over_k_hypotheses import RATIOS, SETTINGS, VAGUE, build_hypothesis_search_start
 from observers.tuning import Tuning
-from symbolic import SIGNALS, InvalidInputError, Model, Rig, full_slide_torque, simulate
+from symbolic import GEOMETRY, SIGNALS, InvalidInputError, Model, Rig, full_slide_torque, simulate
+from symbolic.bristle_patch import SPAN, BristlePatch
 from symbolic.casadi_functions import named_function
 from symbolic.effects.base import Effect, Signals
 from symbolic.elements_in_series import deflection_of
 from symbolic.model import add_torques
+from symbolic.patch_interface import patch_inputs
 
 TURN, RATE, PERIOD = 0.3, 0.2, 0.01
 """The path: so far to one side and to the other [rad], so fast [rad/s], a sample so often [s]."""
@@ -35,6 +40,10 @@ SLIDES_AT = 0.08
 MISFIT = 0.05
 """Least difference of a model from its equivalent patch, as a share of the torque [1]."""
 
+REST = 1e-3
+"""Least rate at which friction is taken [rad/s]: that of a wheel which turns back."""
+COLUMNS = 8
+"""Bristles over the length whose friction tells that of the patch at a rate [1]."""
 CLEAR, ANY = 3.0, 1e9
 """Deviations within which a torque may be on either flank of a gap [1]; a torque of any size [N m]."""
 SLIDES = 0.75
@@ -68,6 +77,47 @@ def build_added_torque(model: Model) -> ca.Function | None:
 
 
 @cache
+def build_equivalent_contact(model: Model) -> ca.Function | None:
+    """Loads and half-length with which the declared patch slides as a model does at this rate and load.
+
+    (signals, theta, geometry) -> (loads, half_length): loads (2,) [N] make the friction of mu that of
+    the present rate and that of rest; half-length [m]. Friction is that of a steady full slide, see
+    `symbolic.full_slide`, without what effects count up. None where neither rate nor load matters.
+    """
+    inputs = symbols(ca.MX, signals=len(SIGNALS), theta=len(model.coordinates), geometry=len(GEOMETRY))
+    signals, theta, geometry = inputs.values()
+    given, at = named(SIGNALS, signals), {**named(model.coordinates, theta), "mu": 1}
+    patch, F_N, half_length = model.patch(theta), given["F_N"], geometry[0]
+    _, _, counted = model.split(ca.MX.zeros(model.memory_size))
+    creeps = False
+    if isinstance(patch, BristlePatch):
+        if patch.traits.growth is not None:
+            half_length = half_length * ca.fmin(SPAN, patch.traits.growth(F_N, geometry[0]))
+        creeps = patch.traits.creep is not None
+        patch = BristlePatch(traits=replace(patch.traits, growth=None), columns=COLUMNS, rows=1)
+
+    def friction(rate: Expression) -> Expression:
+        sides = [Signals(psi=0, psi_dot=side, F_N=F_N, dt=1) for side in (rate, -rate)]
+        factors = [ca.MX(1), ca.MX(1)]
+        for (effect, values), memory in zip(model.values(theta), counted, strict=True):
+            factors = [
+                factor * effect.friction(side, memory, values)
+                for factor, side in zip(factors, sides, strict=True)
+            ]
+        contact = ca.vertcat(half_length, geometry[1])
+        values_of = vector_of(model.coordinates, at)
+        return patch.effective_friction(patch_inputs(sides[0], sum(factors) / 2, values_of, contact))
+
+    now = friction(ca.fmax(ca.fabs(given["psi_dot"]), REST))
+    # Creep takes long. Friction that falls with speed has no time to rise where the wheel turns back.
+    rest = now if creeps else ca.fmin(now, friction(ca.MX(REST)))
+    if not any(ca.which_depends(ca.vertcat(now, rest, half_length), signals)):
+        return None
+    outputs = {"loads": F_N * ca.vertcat(now, rest), "half_length": half_length}
+    return named_function("equivalent_contact", inputs, outputs, cse=True)
+
+
+@cache
 def build_patch_angle(model: Model) -> ca.Function | None:
     """(last, psi, M_z, variance, F_N, theta) -> angle behind the gaps in series with the patch [rad].
 
@@ -94,10 +144,15 @@ def added_torques(
     added = build_added_torque(model)
     if added is None:
         return ca.MX(0), ca.MX(0)
+    signals = newest_signals(measurement_model, parts, state)
+    return added(ca.vertcat(psi, signals[1:]), theta), added(signals, theta)
+
+
+def newest_signals(measurement_model: MeasurementModel, parts: Layout, state: Expression) -> Expression:
+    """Signals of the model at the newest sample of a state."""
     x = (newest_state(parts, measurement_model, state, name) for name in measurement_model.states)
     now = newest_of_sample(parts, state, CLEAN)
-    signals = signals_with_states(measurement_model, ca.vertcat(*x), now)
-    return added(ca.vertcat(psi, signals[1:]), theta), added(signals, theta)
+    return signals_with_states(measurement_model, ca.vertcat(*x), now)
 
 
 @cache
@@ -117,17 +172,21 @@ def _equivalent(
     if (behind := deflection_of(model, gaps=True)) is not None:
         elements = np.vstack([F_N, np.tile(np.asarray(theta).reshape(-1, 1), count)])
         psi = psi + np.asarray(behind(M_z.reshape(1, -1), elements)).ravel()
+    loads, half_length = np.repeat(F_N, 2, axis=0), np.full((1, count), a)
+    if (contact := build_equivalent_contact(model)) is not None:
+        loads, half_length = map(np.asarray, contact(signals, theta, np.array([a, e])))
     tuning = Tuning(mu_std=1.0, error=MISFIT, psi_noise=1e-5, stiffness_std=1.0)
     start = build_hypothesis_search_start()(
         psi[0], 1, VAGUE, 0, tuning.zero_std * full_slide_torque(load, a)
     )
     search = build_hypothesis_search_step().mapaccum("searches", count, 2, {})
-    constant = (np.array([[k], [a], [e]]), np.array([[getattr(tuning, name)] for name in SETTINGS]))
+    tyre = np.vstack([np.full(count, k), half_length, np.full(count, e)])
+    settings = np.array([[getattr(tuning, name)] for name in SETTINGS])
     phases = np.arange(count).reshape(1, -1) % 2
     _, verdicts, _, _ = search(
         start, np.zeros(len(VERDICT)), phases, np.full_like(phases, len(RATIOS)), psi.reshape(1, -1),
-        F_N, M_z.reshape(1, -1), np.zeros((1, count)),
-        *(np.tile(vector, count) for vector in constant),
+        F_N, loads, M_z.reshape(1, -1), np.zeros((1, count)),
+        tyre, np.tile(settings, count),
     )  # fmt: skip
     last = dict(zip(VERDICT, np.asarray(verdicts)[:, -1].tolist(), strict=True))
     found = np.exp([last["log_gain"], last["log_mu"]])

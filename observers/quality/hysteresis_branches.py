@@ -210,6 +210,21 @@ def _at(vector: Expression, index: Expression) -> Expression:
     return sum(ca.if_else(index == i, vector[i], 0) for i in range(vector.shape[0]))
 
 
+def loads_of_branches(track: Parts, loads: Expression) -> Expression:
+    """Load that each branch of both paths carries (POINTS, PATHS) [N]; loads (2,) are now and at rest.
+
+    Where the wheel turns back it is at rest: a branch that is over ended there, and the present one, if
+    it is no virgin one, goes from the limit there to the opposite one of now.
+    """
+    now, rest = loads[0], loads[1]
+    present = (now, *(POINTS - 1) * [(now + rest) / 2])
+    paths = [
+        ca.vertcat(*(ca.if_else(track[count] > i + 1, rest, load) for i, load in enumerate(present)))
+        for count in ("count", "count_slid")
+    ]
+    return ca.horzcat(*paths)
+
+
 @cache
 def build_branch_torque() -> ca.Function:
     """Torque of one branch [N m]: (turn, order, ratio, F_N, tyre) -> M; order 0 is the virgin branch.

@@ -48,7 +48,7 @@ def torque_variance_by_k(
     elif not patch.misfit:
         std = ca.sqrt(log_scale_variance(verdict, std))
     mu = output["mu"] * inputs["friction"]
-    by_k = torque_by_log_stiffness(inputs["turn"] / 2, mu, own["F_N"], inputs["tyre"])
+    by_k = torque_by_log_stiffness(inputs["turn"] / 2, mu, own["load"], inputs["tyre"])
     return (std * by_k) ** 2
 
 

@@ -229,20 +229,21 @@ def build_one_hypothesis_update(gear: bool = False) -> ca.Function:
 def build_hypotheses_update(gear: bool = False) -> ca.Function:
     """Update the hypotheses with a measured torque, those within so many of the likeliest.
 
-    (hypotheses, beside, turns, F_N, M_z, variance, share, tyre) -> hypotheses; turns (POINTS, PATHS)
-    [rad]. The others stay as they are, as much less likely than the likeliest as they were. With a gear
-    the torque of its declared friction [N m] is a further input.
+    (hypotheses, beside, turns, loads, M_z, variance, share, tyre) -> hypotheses; turns [rad] and loads
+    [N] (POINTS, PATHS). The others stay as they are, as much less likely than the likeliest as they
+    were. With a gear the torque of its declared friction [N m] is a further input.
     """
     count, rows = len(RATIOS), build_one_hypothesis_update(gear).numel_in(0)
     inputs = symbols(
-        ca.MX, hypotheses=(rows, count), beside=1, turns=(POINTS, PATHS), F_N=1, M_z=1, variance=1,
-        share=1, tyre=3, **gear_friction_size(gear),
+        ca.MX, hypotheses=(rows, count), beside=1, turns=(POINTS, PATHS), loads=(POINTS, PATHS), M_z=1,
+        variance=1, share=1, tyre=3, **gear_friction_size(gear),
     )  # fmt: skip
-    hypotheses, beside, turns, F_N, M_z, variance, share, tyre, *dry = inputs.values()
+    hypotheses, beside, turns, loads, M_z, variance, share, tyre, *dry = inputs.values()
     lanes = count * POINTS * PATHS
     branches = build_branch_torque().map(lanes)(
         ca.vec(ca.repmat(ca.vec(turns), 1, count)).T, ca.DM([*range(POINTS)] * count * PATHS).T,
-        ca.DM(RATIOS.repeat(POINTS * PATHS)).T, ca.repmat(F_N, 1, lanes), ca.repmat(tyre, 1, lanes),
+        ca.DM(RATIOS.repeat(POINTS * PATHS)).T, ca.vec(ca.repmat(ca.vec(loads), 1, count)).T,
+        ca.repmat(tyre, 1, lanes),
     )  # fmt: skip
     expected = ca.reshape(ca.sum1(ca.reshape(branches, POINTS, PATHS * count)), PATHS, count)
     given = (ca.repmat(each, 1, count) for each in (M_z, variance, share, *(d[0] for d in dry)))

@@ -31,7 +31,11 @@ from observers.quality import (
     tracking_consistency,
 )
 from observers.quality.acquisition_handover import covariance_pairs, handover_names, states_handed_over
-from observers.quality.equivalent_patch import build_added_torque, build_patch_angle
+from observers.quality.equivalent_patch import (
+    build_added_torque,
+    build_equivalent_contact,
+    build_patch_angle,
+)
 from observers.tuning import TUNING_FIELDS
 from symbolic.casadi_functions import named_function
 from symbolic.deformation import corner_moment_and_derivative
@@ -42,6 +46,7 @@ def supervision_functions(observer: ModelObserver, constants: ConstantSubstituti
     if not observer.acquire:
         return []
     patch, model = observer.equivalent_patch, observer.measurement_model
+    contact = build_equivalent_contact(observer.model)
     known = {"friction": [patch.friction]}
     follow = tracking_consistency.build_tracking_consistency(patch, model)
     conclude = acquisition.build_acquisition_decision(patch, model)
@@ -52,7 +57,7 @@ def supervision_functions(observer: ModelObserver, constants: ConstantSubstituti
         hysteresis_branches.build_present_branch_update(),
         hysteresis_branches.build_new_ground_branches(),
         hysteresis_branches.build_sliding_onset_turn(),
-        _edge(observer, constants.tunable == "all"),
+        _edge(observer, constants.tunable == "all" or contact is not None),
         mu_over_k_hypotheses.build_one_hypothesis_update(has_gear_friction(model)),
         mu_over_k_hypotheses.build_torque_error(),
         expand_with_constants("follow_output", follow, known),
@@ -62,16 +67,19 @@ def supervision_functions(observer: ModelObserver, constants: ConstantSubstituti
     theta = observer.constants[: len(observer.model.coordinates)].tolist()
     if (added := build_added_torque(observer.model)) is not None:
         functions.append(expand_with_constants("added_torque", added, {"theta": theta}))
+    if contact is not None:
+        numbers = {"theta": theta, "geometry": [observer.rig.a, observer.rig.e]}
+        functions.append(expand_with_constants("equivalent_contact", contact, numbers))
     if (angle := build_patch_angle(observer.model)) is not None:
         functions.append(expand_with_constants("patch_angle", angle, {"theta": theta}))
     return [*functions, _observe_torque(observer, constants)]
 
 
-def _edge(observer: ModelObserver, tunable: bool) -> ca.Function:
+def _edge(observer: ModelObserver, varies: bool) -> ca.Function:
     """(z, a, e) -> moment that a stuck patch has beyond z, over k [m^3], `unit_corner_moment`."""
     inputs = symbols(ca.SX, z=1, a=1, e=1)
     z, *geometry = inputs.values()
-    given = geometry if tunable else [ca.SX(observer.rig.a), ca.SX(observer.rig.e)]
+    given = geometry if varies else [ca.SX(observer.rig.a), ca.SX(observer.rig.e)]
     moment = corner_moment_and_derivative(z, *given)[0]
     return named_function("beyond", inputs, {"moment": moment}, cse=True)
 
@@ -170,6 +178,7 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         "tracking": acquisition_and_tracking, "verdicts": hypotheses_verdict, "gear": gear,
         "parts": mu_over_k_hypotheses.hypothesis_fields(gear),
         "added_torque": build_added_torque(observer.model) is not None,
+        "contact": build_equivalent_contact(observer.model) is not None,
         "has_gap": build_patch_angle(observer.model) is not None,
         "gear_spread": repr(float(model.gear_spread)),
         "interval": f"{terms['newest_last']}[{CLEAN.index('interval')}]",

@@ -275,7 +275,7 @@ def test_no_torque_is_weighed_while_a_turn_back_may_be_noise() -> None:
     search, verdict = build_hypothesis_search_start()(0.0, 1, 10.0, 0, 0.2), np.zeros(len(VERDICT))
     counted = []
     for psi in (0.0, 0.005, 0.01, 0.0099, 0.0101, 0.00995, 0.0095, 0.009):
-        given = (14, psi, 400.0, -0.3, 0.0, [K, 0.045, 0.009], limits)
+        given = (14, psi, 400.0, [400.0, 400.0], -0.3, 0.0, [K, 0.045, 0.009], limits)
         search, verdict, _, weighed = build_hypothesis_search_step()(search, verdict, 0, *given)
         counted.append(bool(weighed))
     assert counted == [True, True, True, False, True, False, True, True]

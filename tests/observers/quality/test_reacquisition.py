@@ -246,7 +246,7 @@ def concluded(
 ) -> dict[str, float]:  # fmt: skip
     """The supervision's own numbers after a sample at which friction may be handed over."""
     begun = dict.fromkeys(("acquiring", "phase", "scale"), 1)
-    own = dict.fromkeys(OWN, 0.0) | begun | {"F_N": 400.0, "again": again}
+    own = dict.fromkeys(OWN, 0.0) | begun | {"F_N": 400.0, "load": 400.0, "again": again}
     found = dict.fromkeys(VERDICT, 0.0) | {"variance": 1e-3, "verified": 1, "wiped": 1} | verdict
     told = dict.fromkeys(OUTPUT, 1.0) | {"status": 0} | output
     conclude = build_acquisition_decision(patch, AligningTorque())

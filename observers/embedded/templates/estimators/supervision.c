@@ -75,6 +75,8 @@ static void restart_search(${name}_state_t *state, ${real} M_z, const ${real} *t
    mu at the declared k, and which paths have it: 0, 1, or 2 for both. Returns their number. */
 static int32_t find_branches(const ${name}_state_t *state, ${real} psi, const ${real} *tyre, ${real} *weight, ${real} *place, int32_t *path_of) {
     const int32_t counts[PATHS] = {(int32_t)state->track[TRACK_COUNT], (int32_t)state->track[TRACK_COUNT_SLID]};
+    const ${real} now = state->own[OWN_LOAD];
+    const ${real} rest = state->own[OWN_LOAD_AT_REST]; %% if contact
     int32_t path, j, shared = 0, found = 0;
     while ((counts[0] - shared > 1) && (counts[1] - shared > 1) && (state->points[counts[0] - 1 - shared] == state->points[POINTS + counts[1] - 1 - shared])) {
         ++shared;
@@ -85,8 +87,11 @@ static int32_t find_branches(const ${name}_state_t *state, ${real} psi, const ${
             const ${real} turn = (j + 1 < counts[path] ? points[j + 1] : psi) - points[j];
             /* A branch that begins at a turning point is the virgin one at twice the scale. */
             const ${real} virgin = fabs(j == 0 ? turn : 0.5 * turn);
+            /* At rest, where the wheel turned back, friction may be another: a branch began at the limit there. */
+            const ${real} load = j + 1 < counts[path] ? rest : (j == 0 ? now : 0.5 * (now + rest)); %% if contact
+            const ${real} load = now; %% if not contact
             weight[found] = tyre[0] * turn;
-            place[found] = 3.0 * state->own[OWN_F_N] / (4.0 * tyre[1] * tyre[1] * tyre[1] * tyre[0] * virgin);
+            place[found] = 3.0 * load / (4.0 * tyre[1] * tyre[1] * tyre[1] * tyre[0] * virgin);
             place[found] = place[found] < ${branches.FAR} ? place[found] : ${branches.FAR};
             path_of[found] = j < counts[path] - shared ? path : 2;
             ++found;
@@ -176,7 +181,7 @@ static void follow(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} add
     const ${real} at = is_known(psi) ? psi : state->track[TRACK_EXTREME];
     const ${real} known = is_known(state->output[OUT_NIS]) ? 1.0 : 0.0;
     ${real} track[TRACKS], own[OWNS], share, worth, least, counts = 0.0, now;
-    sliding(state->output[OUT_MU], state->own[OWN_F_N], tyre, &least);
+    sliding(state->output[OUT_MU], state->own[OWN_LOAD], tyre, &least);
     turn(state->track, at, limits[LIMIT_PSI_NOISE], ${tracking.CONFIRMS} * least, known, track, &share);
     now = fabs(track[TRACK_EXTREME] - track[TRACK_ORIGIN]);
     if (state->own[OWN_PHASE] < ${acquisition.OVER|float}) {
@@ -195,9 +200,11 @@ static void follow(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} add
 
 /* What follows from a sample, its torque as measured, and from what the estimator made of it. */
 static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t status) {
-    const ${real} tyre[3] = {${tyre|join(", ")}};
+    ${"const " if not contact}${real} tyre[3] = {${tyre|join(", ")}};
     ${real} psi, M_z, added, limits[LIMITS], sensed[6];
-    ${real} signals[4], added_by_effects, at_torque; %% if added_torque
+    ${real} signals[4]; %% if added_torque or contact
+    ${real} added_by_effects, at_torque; %% if added_torque
+    ${real} loads[2]; %% if contact
     ${real} behind, zero_std; %% if has_gap
     ${real} block[${block}]; %% if block
     const bool lifted = is_known(sample[2]) && !(sample[2] >= ${tracking.MIN_LOAD_SHARE} * state->own[OWN_F_N_FIRST]);
@@ -219,14 +226,22 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
     if (lifted) {
         M_z = (${real})NAN;
     }
+    patch_signals(${newest_x}, ${newest_last}, signals); %% if added_torque or contact
 %% if added_torque
     /* Friction is acquired on the declared patch that stands for the model's, without what effects add to its torque. */
-    patch_signals(${newest_x}, ${newest_last}, signals);
     added_torque(signals, &added_by_effects);
     state->output[OUT_M_Z_PREDICTED] -= added_by_effects;
     signals[0] = psi;
     added_torque(signals, &at_torque);
     M_z -= at_torque;
+%% endif
+    state->own[OWN_LOAD] = state->own[OWN_F_N]; %% if not contact
+%% if contact
+    /* Friction that depends on rate and load acts as another load, a patch that grows has another half-length. */
+    signals[2] = state->own[OWN_F_N];
+    equivalent_contact(signals, loads, &tyre[1]);
+    state->own[OWN_LOAD] = loads[0];
+    state->own[OWN_LOAD_AT_REST] = loads[1];
 %% endif
 %% if has_gap
     /* Nor with the turn through a gap. */
