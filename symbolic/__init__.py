@@ -9,7 +9,7 @@
 
 from symbolic.bristle_patch import BristleTraits, Relaxation
 from symbolic.compilation.compiled import compiled, compiler
-from symbolic.deformation import full_slide_arm, full_slide_level, full_slide_torque
+from symbolic.deformation_moment import full_slide_arm, full_slide_level, full_slide_torque
 from symbolic.effects.base import (
     Effect,
     Parameter,

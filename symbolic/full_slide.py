@@ -16,7 +16,7 @@ from functools import cache
 import casadi as ca
 
 from symbolic.casadi_functions import named_function
-from symbolic.deformation import full_slide_arm
+from symbolic.deformation_moment import full_slide_arm
 from symbolic.effects.base import Composition, Effect, Values
 from symbolic.patch_interface import Expression, PatchInputs, Signals, patch_inputs
 

@@ -15,10 +15,10 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from symbolic.array_alias import Array
 from symbolic.casadi_functions import BufferedCall, named_function
 from symbolic.compilation.compiled import compiled
-from symbolic.deformation import full_slide_torque, unit_corner_moment
+from symbolic.deformation_moment import full_slide_torque, unit_corner_moment
+from symbolic.float_array import Array
 from symbolic.masing import TurningPoints, branch_torque
 from symbolic.zone_patch import MIN_ZONE_TURN
 

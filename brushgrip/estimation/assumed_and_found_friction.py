@@ -10,8 +10,8 @@ from brushgrip.estimation.friction_at_common_load import at_load, common_load
 from brushgrip.estimation.friction_budget import friction_budget
 from brushgrip.estimation.observe_recording import (
     FrictionTrack,
+    aligning_torque_is_measured,
     friction_track,
-    has_aligning_torque,
     observe,
     observer_factory,
 )
@@ -19,7 +19,7 @@ from brushgrip.inputs.option_choices import ObserverName
 from identification import Diagnosis, FoundModel, Recording, signals_of
 from identification.selection.trial_runner import Submit, results_of, run_at_once
 from observers import GroundFriction, SelfConsistency, friction_spread, ground_friction, self_consistency
-from symbolic.deformation import full_slide_arm
+from symbolic.deformation_moment import full_slide_arm
 from symbolic.tables.found_model import is_of_other_scale
 from symbolic.trajectory_sensitivity import memory_at_full_slide
 
@@ -159,7 +159,7 @@ def friction_by_both_models(
     work to processes; the result is the same.
     """
     recordings = [*training, *holdout]
-    if not recordings or not all(has_aligning_torque(recording) for recording in recordings):
+    if not recordings or not all(aligning_torque_is_measured(recording) for recording in recordings):
         return None
     compared = [*holdout, *training][:MAX_COMPARED]
     found = found_model(diagnosis)

@@ -14,7 +14,7 @@ from brushgrip.outputs.atomic import file_keys
 from identification import READERS, Recording
 from identification.fits.autocorrelation import autoregression
 from identification.reading.checked_file_reading import as_read_error
-from identification.reading.table import MIN_SAMPLES
+from identification.reading.sample_table import MIN_SAMPLES
 from symbolic import InvalidInputError
 from symbolic.errors import printable
 

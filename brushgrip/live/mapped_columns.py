@@ -7,8 +7,8 @@ from math import inf
 
 from identification.reading.channels_by_name import map_hint, match_channel
 from identification.reading.map_for_recording import map_for_recording, unit_by_name
+from identification.reading.sample_table import MAX_VALUES, possible_columns
 from identification.reading.signal_map import SignalMap
-from identification.reading.table import MAX_VALUES, possible_columns
 from identification.reading.units import unit_of_name
 from symbolic import InvalidInputError
 from symbolic.tables.toml_and_json_parsing import excerpt

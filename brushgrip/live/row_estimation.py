@@ -16,9 +16,9 @@ from brushgrip.live.adviser import Adviser
 from brushgrip.live.mapped_columns import OF_CAR, OF_WHEEL, Row
 from identification.reading.car_plausibility import rack_signals, require_plausible_car
 from identification.reading.car_recordings import require_steering
+from identification.reading.sample_table import CAR_COLUMNS, MIN_SAMPLES, Table
 from identification.reading.signal_map import ANGLES, NO_MAP, SignalMap
 from identification.reading.steering_rate import require_rate_of_angle
-from identification.reading.table import CAR_COLUMNS, MIN_SAMPLES, Table
 from observers import Estimate, Loop, Observer, Sample, Status
 from observers.interfaces.car_observer import HOLDING
 from observers.protocol import prior_estimate

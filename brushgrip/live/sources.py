@@ -16,7 +16,7 @@ import numpy as np
 from brushgrip.live.mapped_columns import MappedColumns, Row
 from brushgrip.live.timestamp_filter import arrival_time
 from identification.reading.formats.csvdialect import NumberParser, delimiter_of
-from identification.reading.table import Table
+from identification.reading.sample_table import Table
 from identification.reading.units import UNITS, is_unit, unit_of_name
 from symbolic import InvalidInputError
 
@@ -115,7 +115,7 @@ class Source(Protocol):
         """Let it go."""
 
 
-class FileSource:
+class ReplaySource:
     """A recording in real time."""
 
     waits, refused, fault = True, 0, ""

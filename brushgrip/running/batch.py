@@ -14,7 +14,7 @@ from brushgrip.estimation.friction_at_common_load import load_of_friction
 from brushgrip.estimation.friction_budget import STANDS, declared_values_in_words, friction_budget
 from brushgrip.estimation.friction_by_direction import (
     OF_DIRECTIONS,
-    friction_of_directions,
+    directional_friction_and_line,
     hidden_by_zero,
 )
 from brushgrip.estimation.observe_recording import (
@@ -206,7 +206,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     number, why = unusable_samples_and_remedy(estimates, noise, rates, cause, of_car=of_car)
     aligning, directed, line = getattr(observer, "measurement_model", None), dict[str, str | float](), ""
     if by_direction := isinstance(aligning, DirectionalFriction):
-        directed, line = friction_of_directions(estimates, recording.psi, recording.M_z, aligning)
+        directed, line = directional_friction_and_line(estimates, recording.psi, recording.M_z, aligning)
     way = str(directed.get("direction", ""))
     told = [estimates_summary(estimates, noise, rates, cause, of_car=of_car, way=way), line]
     if task.budget and not task.smooth:

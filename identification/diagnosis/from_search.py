@@ -26,7 +26,7 @@ from identification.selection.stepwise_search import Search
 from identification.selection.trial import Trial
 from identification.selection.trial_runner import Effects
 from symbolic import TOLERATED, Effect, Model, parameter_name, units_of
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.trajectory_sensitivity import memory_at_full_slide
 
 

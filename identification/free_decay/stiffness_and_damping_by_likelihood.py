@@ -26,7 +26,7 @@ from identification.free_decay.results import (
 from identification.free_decay.vibration_detection import ContactGeometry, FreeVibration, find_vibration
 from identification.free_decay.vibration_model import VibrationTrajectory, rotational_stiffness
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.parameters import relative_std_by_lengths
 
 UNITS = ("N/m^2", "N m s/rad")

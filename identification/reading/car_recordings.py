@@ -24,11 +24,11 @@ from identification.reading.car_plausibility import (
 from identification.reading.channels_by_name import absent_rack_columns, map_hint, missing_channels
 from identification.reading.checked_file_reading import read_bytes
 from identification.reading.readers import READERS, read_table
+from identification.reading.sample_table import MIN_SAMPLES, Table
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.steering_rate import smoothed_rate
-from identification.reading.table import MIN_SAMPLES, Table
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.tables.toml_and_json_parsing import MAX_TABLES_SIZE, prefix_errors, toml_of
 from symbolic.tables.vehicle_from_tables import vehicle_from_tables
 from symbolic.vehicle.mean_wheel import wheel_of_rack

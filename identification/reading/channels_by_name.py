@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
+from identification.reading.sample_table import CAR_COLUMNS, COLUMNS, possible_columns
 from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, corrected_map
-from identification.reading.table import CAR_COLUMNS, COLUMNS, possible_columns
 from identification.reading.units import factor_of, is_unit, name_without_unit, unit_at_end, unit_of_name
 from identification.reading.units_by_magnitude import infer_units_and_sign
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.tables.toml_and_json_parsing import excerpt
 
 IN_PYTHON = " (in Python by signals=, or with the rig file itself as rig)"

@@ -14,11 +14,11 @@ from identification.reading.channels_by_name import (
     resolve_columns,
 )
 from identification.reading.map_for_recording import map_for_recording, unit_by_name
+from identification.reading.sample_table import MAX_SAMPLES, Table
 from identification.reading.signal_map import ANGLES, SignalMap, SignalSource
-from identification.reading.table import MAX_SAMPLES, Table
 from identification.reading.units import is_unit, name_without_unit, unit_of_name
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.tables.toml_and_json_parsing import prefix_errors
 
 _FASTER = 1.5

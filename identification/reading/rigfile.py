@@ -5,6 +5,7 @@ from math import inf
 from pathlib import Path
 
 from identification.reading.checked_file_reading import read_bytes
+from identification.reading.sample_table import Table
 from identification.reading.signal_map import (
     DBC,
     SignalMap,
@@ -14,7 +15,6 @@ from identification.reading.signal_map import (
     toml_entry,
     toml_value,
 )
-from identification.reading.table import Table
 from symbolic import TOLERATED, InvalidInputError, Rig, Tyre, rig_from_tables
 from symbolic.tables.rig_from_tables import NEUTRAL, REQUIRED_KEYS, RIG_KEYS, SIGNALS, rig_and_tyre
 from symbolic.tables.toml_and_json_parsing import (

@@ -14,7 +14,7 @@ from scipy.special import stdtrit
 
 from identification.fits.parameter_values import ParameterEstimate
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 MIN_TOWS = 4
 """Two parameters, and two more tows for their deviation."""

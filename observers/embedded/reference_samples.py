@@ -6,10 +6,10 @@ import numpy as np
 
 from observers.embedded.generated_files import mark
 from observers.embedded.scalar_type import Real
-from observers.interfaces.loop import Loop
+from observers.interfaces.control_loop import Loop
 from observers.protocol import ESTIMATE, FunctionObserver, Sample
 from symbolic import simulate
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 INPUTS = ("psi", "psi_dot", "M_z", "M", "F_N", "dt")
 COUNT, SAMPLE_PERIOD, SEED = 400, 0.01, 20

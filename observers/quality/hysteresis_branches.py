@@ -20,7 +20,11 @@ import casadi as ca
 from observers.layout import Expression, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import forgetting_factor
 from symbolic.casadi_functions import named_function
-from symbolic.deformation import corner_moment_and_derivative, full_slide_level, unit_corner_moment
+from symbolic.deformation_moment import (
+    corner_moment_and_derivative,
+    full_slide_level,
+    unit_corner_moment,
+)
 from symbolic.masing import virgin_torque
 from symbolic.zone_patch import FAR
 

@@ -1,9 +1,9 @@
 """What follows from a sample while the estimator tracks: consistency by branches, and the band.
 
 The innovations are judged by branches, which takes less travel than
-`observers.quality.innovation_monitor` does. Until they can be judged, friction stays `Status.ACQUIRING`;
-a model that was found wrong stays doubted until it has explained as much as it had not. Where a model
-has explained the torque for long and then does not, the ground has changed: friction is acquired anew.
+`observers.quality.change_and_consistency_monitor` does. Until they can be judged, friction stays
+`Status.ACQUIRING`; a model that was found wrong stays doubted until it has explained as much as it had not.
+Where a model has explained the torque for long and then does not, the ground has changed: friction is acquired anew.
 """
 
 from functools import cache
@@ -23,6 +23,11 @@ from observers.quality.acquisition import (
     EquivalentPatch,
     update_unexplained,
 )
+from observers.quality.change_and_consistency_monitor import (
+    FORGETTING_SAMPLES,
+    MAX_NORMALISED_SQUARE,
+    MIN_SAMPLES,
+)
 from observers.quality.hypotheses_verdict import VERDICT
 from observers.quality.innovation_attribution import (
     IN_A_ROW,
@@ -32,7 +37,6 @@ from observers.quality.innovation_attribution import (
     torque_variance_by_k,
     update_streak,
 )
-from observers.quality.innovation_monitor import FORGETTING_SAMPLES, MAX_NORMALISED_SQUARE, MIN_SAMPLES
 from observers.quality.mu_over_k_hypotheses import SETTINGS
 from observers.quality.sample_screening import has_flag, with_flag
 from observers.quality.wrong_units_or_signs import MAX_TYRE_FRICTION

@@ -11,7 +11,7 @@ from math import hypot
 
 from observers.tuning import Tuning
 from symbolic import Rig
-from symbolic.deformation import full_slide_arm, unit_corner_moment
+from symbolic.deformation_moment import full_slide_arm, unit_corner_moment
 from symbolic.parameters import EVEN, USUAL, relative_std_by_lengths
 
 OF_LENGTHS = "tolerances of half-length and caster"

@@ -28,7 +28,7 @@ from math import sin
 
 import numpy as np
 
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.vehicle.steering import lock_angle
 from symbolic.vehicle.vehicle import Vehicle
 

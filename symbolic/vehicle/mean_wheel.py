@@ -22,8 +22,8 @@ from math import hypot
 
 import numpy as np
 
-from symbolic.array_alias import Array
-from symbolic.deformation import full_slide_arm, unit_corner_moment
+from symbolic.deformation_moment import full_slide_arm, unit_corner_moment
+from symbolic.float_array import Array
 from symbolic.parameters import EVEN, Rig, Tolerances, Tyre
 from symbolic.patch_interface import Expression
 from symbolic.vehicle.contact_about_kingpin import (

@@ -34,10 +34,10 @@ from observers.quality.acquisition_handover import covariance_pairs, handover_na
 from observers.quality.equivalent_patch import build_added_torque, build_patch_angle
 from observers.tuning import TUNING_FIELDS
 from symbolic.casadi_functions import named_function
-from symbolic.deformation import corner_moment_and_derivative
+from symbolic.deformation_moment import corner_moment_and_derivative
 
 
-def supervision_functions(observer: ModelObserver, constants: ConstantSubstitution) -> list[ca.Function]:
+def acquisition_functions(observer: ModelObserver, constants: ConstantSubstitution) -> list[ca.Function]:
     """The Functions that C calls beside those of the estimator; none without supervision."""
     if not observer.acquire:
         return []

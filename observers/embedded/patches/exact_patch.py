@@ -16,7 +16,7 @@ from observers.measurement.linearisation import angle_is_state
 from symbolic import Model, full_slide_level
 from symbolic.casadi_functions import named_function
 from symbolic.compilation.scalar_c import c_function
-from symbolic.deformation import corner_moment_and_derivative, unit_corner_moment
+from symbolic.deformation_moment import corner_moment_and_derivative, unit_corner_moment
 from symbolic.elements_in_series import deflection_of
 
 DEPTH = Model().corners

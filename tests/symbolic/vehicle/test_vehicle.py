@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from symbolic import InvalidInputError, Rig, Vehicle, VehicleTolerances, rig_of, vehicle_from_tables
-from symbolic.deformation import full_slide_arm
+from symbolic.deformation_moment import full_slide_arm
 from symbolic.masing import virgin_torque
 from symbolic.parameters import EVEN
 from symbolic.vehicle.contact_about_kingpin import growth_to_full_lock, standing_point
@@ -17,8 +17,8 @@ from symbolic.vehicle.mean_wheel import (
     equivalent_contact_angle,
     friction_uncertainties,
 )
+from symbolic.vehicle.rack_pinion_ratio import pinion_of_rack, rack_of_pinion
 from symbolic.vehicle.steering import jacking_torque, lever, mean_angle, rack_force, rack_position
-from symbolic.vehicle.variable_ratio import pinion_of_rack, rack_of_pinion
 from tests.refusal import refused
 
 CAR = Vehicle(front_axle_load=8000.0, tyre_width=0.2, pressure=2.4e5, wheelbase=2.6, track=1.5)
