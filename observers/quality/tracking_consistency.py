@@ -2,8 +2,9 @@
 
 The innovations are judged by branches, which takes less travel than
 `observers.quality.change_and_consistency_monitor` does. Until they can be judged, friction stays
-`Status.ACQUIRING`; a model that was found wrong stays doubted until it has explained as much as it had not.
-Where a model has explained the torque for long and then does not, the ground has changed: friction is acquired anew.
+`Status.ACQUIRING`; a model that was found wrong stays doubted until it has explained as much as it had
+not. Where a model has explained the torque for long and then does not, the ground has changed: friction
+is acquired anew.
 """
 
 from functools import cache
