@@ -100,7 +100,7 @@ def describe_identifiability(
         _assumptions(vibrations, k, of_lengths),
     ]
     if agreed is False:
-        sentences.append(_disagreement(contacts, k.value))
+        sentences.append(_least_and_greatest_k(contacts, k.value))
     if lengths == 1:
         sentences.append(
             "All recordings have one contact length; several would show whether a and e are right."
@@ -154,7 +154,7 @@ def _assumptions(vibrations: Sequence[FreeVibration], k: IdentifiedParameter, of
     )
 
 
-def _disagreement(contacts: Sequence[ContactPatchResult], k: float) -> str:
+def _least_and_greatest_k(contacts: Sequence[ContactPatchResult], k: float) -> str:
     """Least and greatest k, one contact at a time."""
     stiffnesses = sorted((c.k.value, c.a) for c in contacts if c.k is not None)
     (least, short), (most, long) = stiffnesses[0], stiffnesses[-1]

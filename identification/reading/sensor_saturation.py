@@ -86,7 +86,7 @@ def sensor_saturation(torque: Array, psi: Array, F_N: Array) -> SensorSaturation
     great, small = (np.isfinite(rough) & place for place in (size > GREAT * most, size < SMALL * most))
     if not (great.any() and small.any()):
         return None
-    noise, at_top = _noise(rough[small]), _noise(rough[great])
+    noise, at_top = _noise_std(rough[small]), _noise_std(rough[great])
     changes = np.abs(np.diff(torque))
     least = float(changes[changes > 0].min(initial=np.inf))
     by_angle = _correlation(_differences(psi)[small], rough[small]) ** 2
@@ -112,7 +112,7 @@ def _stays(size: Array, load: Array, noise: float, most: float) -> SensorSaturat
         return None
     level, weight = (np.array([of[block].mean() for block in blocks]) for of in (size, load))
     off, follows = weight - weight.mean(), float(level.mean() / weight.mean())
-    of_load = _noise(_differences(load)) / sqrt(BLOCK)
+    of_load = _noise_std(_differences(load)) / sqrt(BLOCK)
     # Less the noise of the load, which would make the slope of least squares the smaller.
     power = float(off @ off) - (len(off) + CLEAR * sqrt(2 * len(off))) * of_load**2
     change = sqrt(12 * max(power, 0.0) / len(off)) / weight.mean()
@@ -150,6 +150,6 @@ def _correlation(one: Array, other: Array) -> float:
     return float(one @ other) / max(sqrt(float(one @ one) * float(other @ other)), 1e-300)
 
 
-def _noise(rough: Array) -> float:
+def _noise_std(rough: Array) -> float:
     """Standard deviation of noise by the median; NaN counts for nothing."""
     return float(np.nanmedian(np.abs(rough))) / 0.6745
