@@ -258,7 +258,7 @@ def _known(tracks: Sequence[FrictionTrack]) -> str:
     return f"{len(known)} of {len(tracks)} recordings (first after {since} s{ends})"
 
 
-def adjusted_values(diagnosis: Diagnosis) -> str:
+def adjusted_values_in_words(diagnosis: Diagnosis) -> str:
     """What is fitted to each recording that judges, in words."""
     scopes = {e.name for e, p in diagnosis.model.parameters if e and p.scope == "recording"}
     return (
@@ -285,7 +285,7 @@ def error_to_quote(diagnosis: Diagnosis) -> str:
         first = f"{refitted} of its range by the assumed model"
     told = f"The calculated torque is off by {first} with only its stiffness k fitted"
     told += "".join(f", by {one} by the model found" for one in found)
-    values = f"{adjusted_values(diagnosis)}, fitted to each"
+    values = f"{adjusted_values_in_words(diagnosis)}, fitted to each"
     if not bare:
         return f"{told}, in {judged}, with {values}."
     left = percent(stages[-1].summary()[judging])

@@ -113,7 +113,7 @@ class EstimateOutcome:
     fault: BrushgripError | None = None
 
 
-def other_outputs(
+def output_files_beside_tables(
     out: Path | None, summary: Path | None, picture: Path | None, *, alone: bool
 ) -> list[Path]:
     """Files that are written beside the tables of a batch: the summary, or all of a single recording."""
@@ -289,10 +289,10 @@ def write_summary(path: Path, rows: Iterable[Row]) -> None:
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         writer.writeheader()
-        writer.writerows({name: _cell(value) for name, value in row.items()} for row in rows)
+        writer.writerows({name: _csv_cell(value) for name, value in row.items()} for row in rows)
 
 
-def _cell(value: str | int | float) -> str:
+def _csv_cell(value: str | int | float) -> str:
     if isinstance(value, str):
         return f"'{value}" if value.startswith(FORMULA) else value
     return csv_field(value, DIGITS)

@@ -223,7 +223,7 @@ def notes_on(
     return tuple(notes)
 
 
-def assumed_tolerances(recordings: Sequence[Recording]) -> str:
+def assumed_tolerances_note(recordings: Sequence[Recording]) -> str:
     """Note on values declared without a tolerance, a sentence without a full stop; empty for none."""
     names = {
         "a": "half-length a",

@@ -89,9 +89,9 @@ def sensor_saturation(torque: Array, psi: Array, F_N: Array) -> SensorSaturation
     noise, at_top = _noise_std(rough[small]), _noise_std(rough[great])
     changes = np.abs(np.diff(torque))
     least = float(changes[changes > 0].min(initial=np.inf))
-    by_angle = _correlation(_differences(psi)[small], rough[small]) ** 2
+    by_angle = _noise_correlation(_differences(psi)[small], rough[small]) ** 2
     pairs = small[1:] & small[:-1]
-    is_noise = noise > STEPS * least and _correlation(rough[:-1][pairs], rough[1:][pairs]) < WHITE
+    is_noise = noise > STEPS * least and _noise_correlation(rough[:-1][pairs], rough[1:][pairs]) < WHITE
     if not is_noise or by_angle > BY_ANGLE:
         return None
     doubt = MAD_SPREAD * sqrt(1 / np.count_nonzero(great) + 1 / np.count_nonzero(small))
@@ -145,7 +145,7 @@ def _differences(values: Array) -> Array:
     return rough
 
 
-def _correlation(one: Array, other: Array) -> float:
+def _noise_correlation(one: Array, other: Array) -> float:
     """Correlation of two noises [1], whose square is the share of power that one explains; 0 of none."""
     return float(one @ other) / max(sqrt(float(one @ one) * float(other @ other)), 1e-300)
 
