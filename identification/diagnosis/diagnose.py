@@ -105,13 +105,13 @@ def _prepared(
     bound, shortened = thin_recordings([within_declared_range(r) for r in (*recordings, *holdout)])
     stood = [farthest_standstill_without_gear(recording) for recording in bound]
     everything = [recording for recording, _ in stood]
-    _check(recordings, everything)
+    _require_usable_recordings(recordings, everything)
     notes = [shortened, *(note for _, note in stood), assumed_tolerances_note(everything), beyond]
     read = [replace(r, rig=with_usual_tolerances(r.rig)) for r in everything]
     return read[: len(recordings)], read[len(recordings) :], list(filter(None, notes))
 
 
-def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> None:
+def _require_usable_recordings(recordings: Sequence[Recording], everything: Sequence[Recording]) -> None:
     if not recordings:
         raise InvalidInputError("no recording given; at least one is needed")
     names = [r.name for r in everything]

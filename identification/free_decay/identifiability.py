@@ -13,7 +13,7 @@ import numpy as np
 from scipy.special import fdtrc
 
 from identification.free_decay.likelihood import Likelihood
-from identification.free_decay.noise_continuation import jackknife, maximise_likelihood
+from identification.free_decay.noise_continuation import jackknife_covariance, maximise_likelihood
 from identification.free_decay.results import ContactPatchResult, IdentifiedParameter
 from identification.free_decay.vibration_detection import (
     MIN_DEFLECTION_STEPS,
@@ -70,7 +70,7 @@ def _stiffness_of(likelihood: Likelihood, contact: ContactGeometry) -> Stiffness
     part = Likelihood([r for r in likelihood.vibrations if r.contact == contact])
     try:
         solution = maximise_likelihood(part)
-        uncertainty = jackknife(part, solution)
+        uncertainty = jackknife_covariance(part, solution)
     except np.linalg.LinAlgError:
         return None
     k, std = np.array([solution.x[0], np.sqrt(uncertainty.covariance[0, 0])]) * part.scales[0]

@@ -109,7 +109,7 @@ def _units(evaluation: LikelihoodEvaluation) -> Array:
     return np.asarray(1 / np.sqrt(information))
 
 
-def jackknife(likelihood: Likelihood, solution: LikelihoodMaximum) -> JackknifeCovariance:
+def jackknife_covariance(likelihood: Likelihood, solution: LikelihoodMaximum) -> JackknifeCovariance:
     """The covariance of the shared unknowns at a solution."""
     inverse = np.asarray(np.linalg.inv(solution.evaluation.hessian), dtype=np.float64)
     shared = slice(likelihood.shared)

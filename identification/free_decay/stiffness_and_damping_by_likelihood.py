@@ -15,7 +15,7 @@ from identification.free_decay.identifiability import (
     stiffnesses_agree,
 )
 from identification.free_decay.likelihood import COMMON, Likelihood
-from identification.free_decay.noise_continuation import jackknife, maximise_likelihood
+from identification.free_decay.noise_continuation import jackknife_covariance, maximise_likelihood
 from identification.free_decay.recording import Decay
 from identification.free_decay.results import (
     ContactPatchResult,
@@ -59,7 +59,7 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
     likelihood = Likelihood([find_vibration(decay) for decay in decays], sliding=sliding)
     try:
         solution = maximise_likelihood(likelihood)
-        uncertainty = jackknife(likelihood, solution)
+        uncertainty = jackknife_covariance(likelihood, solution)
     except np.linalg.LinAlgError:
         raise InvalidInputError(f"these recordings do not tell k and b_t at all: {_REMEDY}") from None
     values = solution.x * likelihood.scales
