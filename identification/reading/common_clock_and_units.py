@@ -137,11 +137,11 @@ def _on_one_clock(path: Path, columns: Mapping[str, ChannelSamples]) -> dict[str
     table = {"t": clock - clock[0]}
     for column, samples in columns.items():
         nearest = column in _TORQUES and clock is not clocks[column]
-        table[column] = _at(clock, clocks[column], samples.values, nearest=nearest)
+        table[column] = _channel_at(clock, clocks[column], samples.values, nearest=nearest)
     return table
 
 
-def _at(clock: Array, times: Array, values: Array, *, nearest: bool) -> Array:
+def _channel_at(clock: Array, times: Array, values: Array, *, nearest: bool) -> Array:
     """A channel at other times; NaN in its gaps and, for a torque, where it was not sampled."""
     after = np.clip(np.searchsorted(times, clock), 1, times.size - 1)
     if nearest and clock.size > times.size:

@@ -70,14 +70,16 @@ def build_present_branch_update() -> ca.Function:
     [rad]; counts is 0 where the sample's torque is not used. share is that of an independent sample.
     """
     inputs = symbols(ca.SX, track=len(TRACK), psi=1, slack=1, least=1, counts=1)
-    after, back, _ = _turned(named(TRACK, inputs["track"]), inputs["psi"], inputs["slack"])
+    after, back, _ = _branch_after_sample(named(TRACK, inputs["track"]), inputs["psi"], inputs["slack"])
     after, share = _counted(after, inputs["counts"], inputs["least"])
     after = {**after, "count": ca.if_else(back, ca.fmax(2, after["count"]), after["count"])}
     outputs = {"track_next": vector_of(TRACK, after), "share": share}
     return named_function("turn", inputs, outputs, cse=True)
 
 
-def _turned(was: Parts, psi: Expression, slack: Expression) -> tuple[Parts, Expression, Expression]:
+def _branch_after_sample(
+    was: Parts, psi: Expression, slack: Expression
+) -> tuple[Parts, Expression, Expression]:
     """The branch after a sample, whether the wheel has turned back, and the farthest angle before."""
     direction, extreme = was["direction"], was["extreme"]
     starts = ca.logic_and(direction == 0, ca.fabs(psi - was["origin"]) > START * slack)
@@ -118,7 +120,7 @@ def build_track_update() -> ca.Function:
     )
     track, points, psi, torque, size, slack, counts = inputs.values()
     was = named(TRACK, track)
-    turned, back, farthest = _turned(was, psi, slack)
+    turned, back, farthest = _branch_after_sample(was, psi, slack)
     after = dict(turned)
     rested, starts = was["direction"] == 0, was["direction"] != after["direction"]
     after["rest"] += ca.if_else(ca.logic_and(rested, counts), torque, 0)
@@ -130,7 +132,9 @@ def build_track_update() -> ca.Function:
     free, after["count"] = _path(free, was["count"], psi, after["direction"], back, farthest)
     again = (after["direction"], returns, farthest)
     slid, after["count_slid"] = _path(slid, was["count_slid"], psi, *again)
-    counted, share = _counted({**after, "origin": _at(free, after["count"] - 1)}, counts, START * slack)
+    counted, share = _counted(
+        {**after, "origin": _element_at(free, after["count"] - 1)}, counts, START * slack
+    )
     after, older = dict(counted), forgetting_factor(share, FORGETTING_SAMPLES)
     travel = ca.fabs(after["extreme"] - after["origin"])
     after |= {
@@ -193,7 +197,7 @@ def _path(
     )
     count = count + back
     for _ in range(POINTS // 2):
-        closing = ca.if_else(count == 2, 2 * points[0] - points[1], _at(points, count - 2))
+        closing = ca.if_else(count == 2, 2 * points[0] - points[1], _element_at(points, count - 2))
         closed = ca.logic_and(count >= 2, (psi - closing) * direction > 0)
         count = ca.if_else(closed, ca.fmax(count - 2, 1), count)
     return points, count
@@ -209,7 +213,7 @@ def _turns(points: Expression, count: Expression, psi: Expression) -> Expression
     return ca.vertcat(*turns)
 
 
-def _at(vector: Expression, index: Expression) -> Expression:
+def _element_at(vector: Expression, index: Expression) -> Expression:
     """The element of a vector at an index that is an expression."""
     return sum(ca.if_else(index == i, vector[i], 0) for i in range(vector.shape[0]))
 
