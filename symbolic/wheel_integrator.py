@@ -17,9 +17,9 @@ import numpy as np
 
 from symbolic.casadi_functions import BufferedCall, named_function
 from symbolic.compilation.compiled import compiled
-from symbolic.deformation_moment import full_slide_torque, unit_corner_moment
 from symbolic.float_array import Array
 from symbolic.masing import TurningPoints, branch_torque
+from symbolic.patch_moment import full_slide_torque, unit_corner_moment
 from symbolic.zone_patch import MIN_ZONE_TURN
 
 MAX_STEP_PERIODS = 0.5

@@ -19,7 +19,7 @@ from brushgrip.inputs.option_choices import ObserverName
 from identification import Diagnosis, FoundModel, Recording, signals_of
 from identification.selection.trial_runner import Submit, results_of, run_at_once
 from observers import GroundFriction, SelfConsistency, friction_spread, ground_friction, self_consistency
-from symbolic.deformation_moment import full_slide_arm
+from symbolic.patch_moment import full_slide_arm
 from symbolic.tables.found_model import is_of_other_scale
 from symbolic.trajectory_sensitivity import memory_at_full_slide
 
@@ -182,9 +182,7 @@ def friction_by_both_models(
     # To build an observer takes longer than to run it, and one serves all recordings.
     outcomes: dict[str, dict[str, _TrackAndConsistency]] = results_of(
         {
-            label: submit(
-                _tracks_and_consistency, observer, model, some, references[load if model else None], load
-            )
+            label: submit(_tracks, observer, model, some, references[load if model else None], load)
             for label, (observer, model, some) in runs.items()
         }
     )
@@ -227,7 +225,7 @@ def _friction_without_stand_ins(
     }
 
 
-def _tracks_and_consistency(
+def _tracks(
     observer: ObserverName,
     model: FoundModel | None,
     recordings: Sequence[Recording],

@@ -32,7 +32,7 @@ from observers.estimates import BAND_STDS
 from observers.protocol import MAX_SAMPLE_PERIOD
 from observers.quality.hypotheses_verdict import VERDICT
 from observers.tuning import REFERENCE_STEP
-from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_direction_deficit_from_mean
+from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_share_below_mean
 from symbolic.float_array import Array
 
 SUSPECTED = "an input looks wrong, so that the result may be void"
@@ -197,7 +197,7 @@ def weaker_direction_share_and_note(
 
     They tell the lower end of its 95 % band where mu_eff and its standard deviation [1] are given.
     """
-    below = weaker_direction_deficit_from_mean(values)
+    below = weaker_share_below_mean(values)
     told = f"{100 * below:.0f} % less than mu_eff turning to "
     told += f"{'positive' if values.get(ASYMMETRY_RATIO, 1.0) < 1 else 'negative'} psi"
     if isfinite(mu_eff + mu_eff_std):

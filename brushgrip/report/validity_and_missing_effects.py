@@ -20,7 +20,7 @@ from identification.diagnosis.found_stiffness import OFF_STIFFNESS
 from identification.diagnosis.from_search import BEYOND_RANGE
 from identification.diagnosis.graded_effects import ASSUMED
 from symbolic import EFFECTS, InvalidInputError
-from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_direction_deficit_from_mean
+from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_share_below_mean
 
 MEANING = ", how steeply the torque rises before anything slides, is"
 """What the stiffness k is, behind its name."""
@@ -201,7 +201,7 @@ def summary_of(diagnosis: Diagnosis, effect: FoundEffect) -> str:
     if effect.name == "asymmetric_friction" and len(ratios) == 1:
         # Of friction at rising over that at falling angle.
         ratio = ratios[0].value
-        less = weaker_direction_deficit_from_mean({ASYMMETRY_RATIO: ratio})
+        less = weaker_share_below_mean({ASYMMETRY_RATIO: ratio})
         way, back = ("rises", "falls")[:: 1 if ratio < 1 else -1]
         summary += f", lower while the angle {way} than while it {back}"
         summary += f" ({100 * less:.0f} % below the mean of both)"

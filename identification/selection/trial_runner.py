@@ -85,7 +85,7 @@ class TrialRunner:
         """Coarse trials of these sets of effects from another's values, least judged error first."""
         # The heaviest first, so that no core waits for one of them at the end.
         ordered = sorted(sets, key=lambda effects: -model_of(effects, precision).memory_size)
-        starts = [(effects, values_restricted_to(present, effects)) for effects in ordered]
+        starts = [(effects, start_values(present, effects)) for effects in ordered]
         return sorted(self.run_all(starts, precision, report), key=lambda trial: trial.nrmse)
 
     def run_all(
@@ -125,7 +125,7 @@ class TrialRunner:
         return trial
 
 
-def values_restricted_to(present: Trial, effects: Sequence[Effect]) -> Values:
+def start_values(present: Trial, effects: Sequence[Effect]) -> Values:
     """The values of a trial without those of effects that are not in the set.
 
     Where an effect that gives lengths another meaning comes in or goes, the rig's are the declared ones:

@@ -28,7 +28,7 @@ from observers.quality.sample_screening import (
 from observers.quality.wrong_units_or_signs import EVIDENCE, START
 from observers.tuning import INFORMED, Tuning
 from symbolic import DECLARED, GEOMETRY, InvalidInputError, Model, Rig
-from symbolic.effects.asymmetric_friction import weaker_direction_deficit_from_mean
+from symbolic.effects.asymmetric_friction import weaker_share_below_mean
 from symbolic.float_array import Array
 from symbolic.tables.found_model import units_of
 
@@ -98,7 +98,7 @@ class CasadiObserver:
 
         By an `asymmetric_friction` of the model; effects of the user's own do not count.
         """
-        return weaker_direction_deficit_from_mean(self.values)
+        return weaker_share_below_mean(self.values)
 
     @property
     def sample_limits(self) -> tuple[float, ...]:

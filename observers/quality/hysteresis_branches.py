@@ -20,12 +20,8 @@ import casadi as ca
 from observers.layout import Expression, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import forgetting_factor
 from symbolic.casadi_functions import named_function
-from symbolic.deformation_moment import (
-    corner_moment_and_derivative,
-    full_slide_level,
-    unit_corner_moment,
-)
 from symbolic.masing import virgin_torque
+from symbolic.patch_moment import corner_moment_and_derivative, full_slide_level, unit_corner_moment
 from symbolic.zone_patch import FAR
 
 POINTS = 4
@@ -132,9 +128,7 @@ def build_track_update() -> ca.Function:
     free, after["count"] = _path(free, was["count"], psi, after["direction"], back, farthest)
     again = (after["direction"], returns, farthest)
     slid, after["count_slid"] = _path(slid, was["count_slid"], psi, *again)
-    counted, share = _counted(
-        {**after, "origin": _element_at(free, after["count"] - 1)}, counts, START * slack
-    )
+    counted, share = _counted({**after, "origin": _at(free, after["count"] - 1)}, counts, START * slack)
     after, older = dict(counted), forgetting_factor(share, FORGETTING_SAMPLES)
     travel = ca.fabs(after["extreme"] - after["origin"])
     after |= {
@@ -197,7 +191,7 @@ def _path(
     )
     count = count + back
     for _ in range(POINTS // 2):
-        closing = ca.if_else(count == 2, 2 * points[0] - points[1], _element_at(points, count - 2))
+        closing = ca.if_else(count == 2, 2 * points[0] - points[1], _at(points, count - 2))
         closed = ca.logic_and(count >= 2, (psi - closing) * direction > 0)
         count = ca.if_else(closed, ca.fmax(count - 2, 1), count)
     return points, count
@@ -213,7 +207,7 @@ def _turns(points: Expression, count: Expression, psi: Expression) -> Expression
     return ca.vertcat(*turns)
 
 
-def _element_at(vector: Expression, index: Expression) -> Expression:
+def _at(vector: Expression, index: Expression) -> Expression:
     """The element of a vector at an index that is an expression."""
     return sum(ca.if_else(index == i, vector[i], 0) for i in range(vector.shape[0]))
 

@@ -2,9 +2,8 @@
 
 An innovation beyond the gate is rejected. After `Tuning.reset_after` in a row, all to one side, the
 ground has changed: the variance that two grounds differ by is added to that of ln mu, and the samples
-are accepted. What stays within the gate is watched by
-`observers.quality.change_and_consistency_monitor`, and friction by direction by
-`observers.quality.friction_change_detection`.
+are accepted. What stays within the gate is watched by `observers.quality.innovation_alarms`, and
+friction by direction by `observers.quality.friction_change_detection`.
 
 Source: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001),
 section 5.4 for the test of the innovation; Huber, Robust Statistics (1981), for the loss.
@@ -19,12 +18,6 @@ from observers.measurement.directional_friction import OTHER
 from observers.measurement.linearisation import build_linearised_measurement, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.measurement.torque_error import JITTER
-from observers.quality.change_and_consistency_monitor import (
-    CHANGE,
-    MIN_SAMPLES,
-    MONITOR,
-    build_innovation_monitor,
-)
 from observers.quality.friction_change_detection import (
     AT_REST,
     STROKE_CHANGE,
@@ -34,6 +27,7 @@ from observers.quality.friction_change_detection import (
     reset_reference,
     update_change_statistic,
 )
+from observers.quality.innovation_alarms import CHANGE, MIN_SAMPLES, MONITOR, build_innovation_monitor
 from observers.tuning import REFERENCE_STEP, TUNING_FIELDS
 from symbolic.casadi_functions import named_function
 

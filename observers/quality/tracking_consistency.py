@@ -1,10 +1,9 @@
 """What follows from a sample while the estimator tracks: consistency by branches, and the band.
 
 The innovations are judged by branches, which takes less travel than
-`observers.quality.change_and_consistency_monitor` does. Until they can be judged, friction stays
-`Status.ACQUIRING`; a model that was found wrong stays doubted until it has explained as much as it had
-not. Where a model has explained the torque for long and then does not, the ground has changed: friction
-is acquired anew.
+`observers.quality.innovation_alarms` does. Until they can be judged, friction stays `Status.ACQUIRING`;
+a model that was found wrong stays doubted until it has explained as much as it had not. Where a model
+has explained the torque for long and then does not, the ground has changed: friction is acquired anew.
 """
 
 from functools import cache
@@ -24,12 +23,8 @@ from observers.quality.acquisition import (
     EquivalentPatch,
     update_unexplained,
 )
-from observers.quality.change_and_consistency_monitor import (
-    FORGETTING_SAMPLES,
-    MAX_NORMALISED_SQUARE,
-    MIN_SAMPLES,
-)
 from observers.quality.hypotheses_verdict import VERDICT
+from observers.quality.innovation_alarms import FORGETTING_SAMPLES, MAX_NORMALISED_SQUARE, MIN_SAMPLES
 from observers.quality.innovation_attribution import (
     IN_A_ROW,
     innovation_of,

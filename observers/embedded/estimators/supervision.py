@@ -34,7 +34,7 @@ from observers.quality.acquisition_handover import covariance_pairs, handover_na
 from observers.quality.equivalent_patch import build_added_torque, build_patch_angle
 from observers.tuning import TUNING_FIELDS
 from symbolic.casadi_functions import named_function
-from symbolic.deformation_moment import corner_moment_and_derivative
+from symbolic.patch_moment import corner_moment_and_derivative
 
 
 def acquisition_functions(observer: ModelObserver, constants: ConstantSubstitution) -> list[ca.Function]:

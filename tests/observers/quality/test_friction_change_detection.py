@@ -8,7 +8,6 @@ import pytest
 
 from observers import CLEAN, Ekf, Mhe, Status, Tuning, run
 from observers.measurement.directional_friction import EXCHANGED
-from observers.quality.change_and_consistency_monitor import FORGETTING_SAMPLES
 from observers.quality.friction_change_detection import (
     REFERENCE,
     STEADY_WALK,
@@ -17,6 +16,7 @@ from observers.quality.friction_change_detection import (
     reset_reference,
     update_change_statistic,
 )
+from observers.quality.innovation_alarms import FORGETTING_SAMPLES
 from tests.observers.measurement.test_directional_friction import F_N, directed, torque
 
 AS_MEASURED: Any = {"noise": 0.005, "error": 0.09, "error_travel": 0.03, "explained": 2.5, "alarm": 7.0}

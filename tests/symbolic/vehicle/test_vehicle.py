@@ -8,9 +8,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from symbolic import InvalidInputError, Rig, Vehicle, VehicleTolerances, rig_of, vehicle_from_tables
-from symbolic.deformation_moment import full_slide_arm
 from symbolic.masing import virgin_torque
 from symbolic.parameters import EVEN
+from symbolic.patch_moment import full_slide_arm
 from symbolic.vehicle.contact_about_kingpin import contact_offset_from_kingpin, growth_to_full_lock
 from symbolic.vehicle.mean_wheel import (
     aligning_torque_with_friction,

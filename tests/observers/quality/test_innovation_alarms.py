@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import norm
 
 from observers import AligningTorque, Ekf, Status, Tuning, innovations, run
-from observers.quality.change_and_consistency_monitor import (
+from observers.quality.innovation_alarms import (
     CHANGE,
     FORGETTING_SAMPLES,
     MIN_SAMPLES,
