@@ -33,7 +33,7 @@ from benchmarks.car_files import (
 from observers import Status
 from reference_rig import CarRecording, FleetCar, draw_car
 from symbolic import vehicle_from_tables
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.vehicle.mean_wheel import friction_uncertainties
 
 TUNING_SEED, JUDGING_SEED = 0, 10_000

@@ -19,7 +19,7 @@ from benchmarks.least_steering import DT, LIMITS, LOAD, NOISE, OFF, SLIDE, K, ob
 from observers import plan
 from observers.quality.acquisition_and_tracking import CONFIRMS
 from observers.quality.hysteresis_branches import FRACTION, START, sliding_onset_turn
-from observers.quality.innovation_monitor import FORGETTING_SAMPLES, MIN_SAMPLES
+from observers.quality.innovation_alarms import FORGETTING_SAMPLES, MIN_SAMPLES
 from symbolic import virgin_torque
 from symbolic.parameters import EVEN
 

@@ -35,7 +35,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples"))
 from identification import Diagnosis, FoundEffect, Recording, diagnose
 from identification.selection.criteria import delta_bic
 from identification.selection.trial import TrialTask, run_trial
-from identification.selection.trial_runner import values_for
+from identification.selection.trial_runner import start_values
 from reference_rig import (
     MECHANISMS,
     OTHER_LAWS,
@@ -180,7 +180,7 @@ def _objection(planted: tuple[str, ...], diagnosis: Diagnosis, recordings: list[
     effects = effects_named(effect.name for effect in diagnosis.effects)
     named = run_trial(TrialTask(effects, recordings, start=diagnosis.values))
     true = effects_named(planted)
-    starts = (None, values_for(named, true))
+    starts = (None, start_values(named, true))
     fits = [run_trial(TrialTask(true, recordings, start=start)).fitted for start in starts]
     return min(delta_bic(fit, named.fitted, recordings) for fit in fits)
 

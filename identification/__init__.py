@@ -36,9 +36,9 @@ from identification.reading.conditioning import (
 from identification.reading.readers import READERS, Reader
 from identification.reading.recordings import Recording, read_recording
 from identification.reading.rigfile import read_rig, read_signals
+from identification.reading.sample_table import Table
 from identification.reading.signal_map import SignalMap, SignalSource, parse_signals
 from identification.reading.steering_rate import smoothed_rate
-from identification.reading.table import Table
 from identification.residuals.partial_correlations import SignalCorrelation, Signatures, signatures
 from identification.residuals.residual_signals import RESIDUAL_SIGNALS
 from identification.residuals.unexplained_residual import Unexplained

@@ -5,8 +5,8 @@ from observers.estimators.casadi_observer import CasadiObserver
 from observers.estimators.ekf import Ekf
 from observers.estimators.mhe import Mhe
 from observers.interfaces.car_observer import RackSampler, car_observer, run_standstills
+from observers.interfaces.control_loop import Loop
 from observers.interfaces.factory import aligning_torque_for, from_files
-from observers.interfaces.loop import Loop
 from observers.interfaces.run import run
 from observers.interfaces.smoothing import smooth
 from observers.interfaces.tuning_profiles import PROFILES, profile, tuning_for

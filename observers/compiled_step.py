@@ -8,8 +8,8 @@ import numpy as np
 
 from observers.protocol import Sample
 from symbolic import compiled
-from symbolic.array_alias import Array
 from symbolic.casadi_functions import BufferedCall
+from symbolic.float_array import Array
 from symbolic.trajectory_sensitivity import SAMPLES_PER_CALL
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from observers.protocol import Status
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.tables.notebook_html import html_table
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from math import isfinite
 import numpy as np
 
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 STATES = ("log_mu", "M_0", "stiffness", "psi", "psi_dot", "gear", "log_mu_other")
 """Order of the states, of which an observer takes those it needs: natural logarithm of mu, zero of the
@@ -95,7 +95,7 @@ class Tuning:
         reset_after: after so many innovations in a row beyond the gate, all to one side, the ground has
             changed: twice the variance of the prior is added to that of ln mu.
         alarm: log-likelihood ratio at which innovations within the gate say that the ground has changed
-            [1]; see `observers.quality.innovation_monitor`, inf for never.
+            [1]; see `observers.quality.innovation_alarms`, inf for never.
         explained: mean square of the innovations over their variance beyond which the model and its
             stated error do not explain the torque [1]; `Status.INCONSISTENT`, inf for never.
         psi_limit: an angle of this size is implausible and left out [rad]; `Status.IMPLAUSIBLE`, inf for

@@ -9,7 +9,6 @@
 
 from symbolic.bristle_patch import BristleTraits, Relaxation
 from symbolic.compilation.compiled import compiled, compiler
-from symbolic.deformation import full_slide_arm, full_slide_level, full_slide_torque
 from symbolic.effects.base import (
     Effect,
     Parameter,
@@ -43,6 +42,7 @@ from symbolic.parameters import (
     with_usual_tolerances,
 )
 from symbolic.patch_interface import Expression
+from symbolic.patch_moment import full_slide_arm, full_slide_level, full_slide_torque
 from symbolic.tables.found_model import FoundModel, ModelBasis, ModelError, units_of
 from symbolic.tables.found_model_from_tables import model_from_tables
 from symbolic.tables.rig_from_tables import rig_from_tables

@@ -13,10 +13,10 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from symbolic.array_alias import Array
-from symbolic.deformation import full_slide_arm, unit_gauss_legendre
 from symbolic.errors import InvalidInputError
+from symbolic.float_array import Array
 from symbolic.patch_interface import Expression, PatchInputs
+from symbolic.patch_moment import full_slide_arm, unit_gauss_legendre
 from symbolic.slip_at_friction_limit import BristleSlipSolver, clipped, log_creep_factor, slip
 
 SPAN = 1.25

@@ -16,9 +16,9 @@ from functools import cache
 import casadi as ca
 
 from symbolic.casadi_functions import named_function
-from symbolic.deformation import full_slide_arm
 from symbolic.effects.base import Composition, Effect, Values
 from symbolic.patch_interface import Expression, PatchInputs, Signals, patch_inputs
+from symbolic.patch_moment import full_slide_arm
 
 
 @cache

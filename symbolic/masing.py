@@ -16,11 +16,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symbolic.array_alias import Array
-from symbolic.deformation import edge_to_zone_boundary, full_slide_level, unit_corner_moment
 from symbolic.errors import InvalidInputError
+from symbolic.float_array import Array
 from symbolic.parameters import Rig, Tyre
 from symbolic.patch_interface import Expression
+from symbolic.patch_moment import edge_to_zone_boundary, full_slide_level, unit_corner_moment
 from symbolic.zone_patch import FAR
 
 

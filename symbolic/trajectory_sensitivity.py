@@ -12,12 +12,12 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
-from symbolic.array_alias import Array
 from symbolic.casadi_functions import BufferedCall, named_function
 from symbolic.compilation.bristle_kernel import bristle_kernel
 from symbolic.compilation.compiled import compiled
 from symbolic.effects.base import Effect
 from symbolic.errors import InvalidInputError
+from symbolic.float_array import Array
 from symbolic.model import GEOMETRY, SIGNALS, Model, sample_at_the_patch
 
 RIG_DIRECTIONS = (*GEOMETRY, "load")

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic.array_alias import Array
 from symbolic.errors import InvalidInputError
+from symbolic.float_array import Array
 from symbolic.masing import TurningPoints, declared_friction
 from symbolic.parameters import Rig, Tyre, require_positive
 from symbolic.wheel_integrator import (

@@ -15,11 +15,11 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from symbolic.array_alias import Array
 from symbolic.casadi_functions import BufferedCall, named_function
 from symbolic.compilation.compiled import compiled
-from symbolic.deformation import full_slide_torque, unit_corner_moment
+from symbolic.float_array import Array
 from symbolic.masing import TurningPoints, branch_torque
+from symbolic.patch_moment import full_slide_torque, unit_corner_moment
 from symbolic.zone_patch import MIN_ZONE_TURN
 
 MAX_STEP_PERIODS = 0.5
@@ -114,7 +114,7 @@ def integrate_wheel(
     """The states at the ends of all steps, the first at time 0."""
     # As plain numbers: NumPy's would double the time of a step.
     times, torques = breakpoints.tolist(), torque_at(breakpoints).tolist()
-    state = _at_rest(stepper, torques)
+    state = _initial_wheel_state(stepper, torques)
     yield state
     h = 1e-2 * stepper.longest
     for (begin, end), (M_begin, M_end) in zip(pairwise(times), pairwise(torques), strict=True):
@@ -136,7 +136,7 @@ def integrate_wheel(
             yield state
 
 
-def _at_rest(stepper: WheelStepper, torques: list[float]) -> WheelState:
+def _initial_wheel_state(stepper: WheelStepper, torques: list[float]) -> WheelState:
     """The wheel at rest on a virgin patch, about to turn in the direction of the torque."""
     pull = next((M for M in torques if M), 1.0)
     state = WheelState(

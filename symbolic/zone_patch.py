@@ -1,7 +1,7 @@
 """The exact patch: a polyline of zone corners, for any history of angle, load and friction.
 
-`symbolic.deformation` shows that the deformation is a polyline r(xi) on xi >= 0. Its corners are the
-memory of turning points. They are kept in the units r k / mu and xi k / mu: in these a sample shears
+`symbolic.patch_moment` shows that the deformation is a polyline r(xi) on xi >= 0. Its corners are
+the memory of turning points. They are kept in the units r k / mu and xi k / mu: in these a sample shears
 the polyline by the turn and clips it at 3 F_N / (4 a^3), which holds neither mu nor k. The memory
 therefore does not depend on the parameters to be estimated, under any load.
 """
@@ -12,11 +12,11 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from symbolic.array_alias import Array
 from symbolic.casadi_functions import named_function
-from symbolic.deformation import full_slide_level, unit_corner_moment
 from symbolic.errors import InvalidInputError
+from symbolic.float_array import Array
 from symbolic.patch_interface import Expression, PatchInputs
+from symbolic.patch_moment import full_slide_level, unit_corner_moment
 
 NEAR = 1e-7
 """Segments narrower than this share of their distance carry no torque [1]."""

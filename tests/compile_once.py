@@ -8,7 +8,7 @@ import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
-from symbolic.compilation.library_cache import cache_directory
+from symbolic.compilation.cache_folder import cache_directory
 from symbolic.compilation.toolchain import found_compiler
 
 OPTIMISATION = os.environ.get("BRUSHGRIP_TEST_OPTIMISATION", "-O0")

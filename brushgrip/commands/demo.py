@@ -32,7 +32,7 @@ class DemoRequest:
         from brushgrip.outputs.provenance import require_same_run
         from brushgrip.published.bundled_files import RIG, copy_examples, demo_inputs
         from brushgrip.report.diagnosis_folder import DIAGNOSIS, clean_up_and_print, diagnose_and_write
-        from identification.selection.trial_runner import processes
+        from identification.selection.trial_runner import worker_pool
 
         if self.examples is not None:
             copy_examples(self.examples)
@@ -41,7 +41,7 @@ class DemoRequest:
         read = inputs.recordings()
         made = inputs.provenance()
         earlier = require_same_run(self.out / DIAGNOSIS, made, force=self.force)
-        with staged_directory(self.out) as stage, processes(None) as executor:
+        with staged_directory(self.out) as stage, worker_pool(None) as executor:
             parts = read[:training], read[training:]
             found = diagnose_and_write(stage, parts, parts, made, executor)
             copyfile(inputs.rig or RIG, stage / RIG)

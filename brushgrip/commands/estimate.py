@@ -101,7 +101,7 @@ class EstimateRequest(ModelRunRequest):
         from brushgrip.running.batch import (
             EstimateTask,
             estimate_all,
-            other_outputs,
+            output_files_beside_tables,
             task_executor,
             write_summary,
         )
@@ -113,7 +113,7 @@ class EstimateRequest(ModelRunRequest):
         )
         observer_factory(self.observer, tuning, aligning)
         alone = len(self.recordings) == 1 and self.summary is None
-        finals = other_outputs(self.out, self.summary, self.picture, alone=alone)
+        finals = output_files_beside_tables(self.out, self.summary, self.picture, alone=alone)
         inputs = self.model_inputs(vehicle=self.vehicle)
         count = len(inputs.paths)
         outs = {name: table_path(self.out, name, count).absolute() for name in inputs.paths if self.out}

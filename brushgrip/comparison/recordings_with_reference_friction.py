@@ -11,7 +11,7 @@ from brushgrip.inputs.command_inputs import Inputs
 from identification import Recording
 from identification.thesis import AuthorEstimate, aligned, author_estimate_file, read_author_estimate
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 SETTLED = 1.89
 """Time after the beginning of the turn from which [Györök 2022], Table 6.1, takes the error [s]."""

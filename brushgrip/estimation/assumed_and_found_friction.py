@@ -10,8 +10,8 @@ from brushgrip.estimation.friction_at_common_load import at_load, common_load
 from brushgrip.estimation.friction_budget import friction_budget
 from brushgrip.estimation.observe_recording import (
     FrictionTrack,
+    aligning_torque_is_measured,
     friction_track,
-    has_aligning_torque,
     observe,
     observer_factory,
 )
@@ -19,11 +19,11 @@ from brushgrip.inputs.option_choices import ObserverName
 from identification import Diagnosis, FoundModel, Recording, signals_of
 from identification.selection.trial_runner import Submit, results_of, run_at_once
 from observers import GroundFriction, SelfConsistency, friction_spread, ground_friction, self_consistency
-from symbolic.deformation import full_slide_arm
+from symbolic.patch_moment import full_slide_arm
 from symbolic.tables.found_model import is_of_other_scale
 from symbolic.trajectory_sensitivity import memory_at_full_slide
 
-_Observed = tuple[FrictionTrack, SelfConsistency]
+_TrackAndConsistency = tuple[FrictionTrack, SelfConsistency]
 Stage = Mapping[str, SelfConsistency]
 """Consistency of the estimates on each recording with the final one, by name."""
 MODELS = ("assumed model", "model found")
@@ -141,7 +141,7 @@ def found_model(diagnosis: Diagnosis) -> FoundModel:
     )
 
 
-def _fitted_model(diagnosis: Diagnosis) -> FoundModel:
+def _model_with_values_of_recordings(diagnosis: Diagnosis) -> FoundModel:
     """The model of a diagnosis with what was fitted to each of its recordings."""
     return replace(found_model(diagnosis), own=diagnosis.values.own, rig=diagnosis.values.rig)
 
@@ -159,11 +159,11 @@ def friction_by_both_models(
     work to processes; the result is the same.
     """
     recordings = [*training, *holdout]
-    if not recordings or not all(has_aligning_torque(recording) for recording in recordings):
+    if not recordings or not all(aligning_torque_is_measured(recording) for recording in recordings):
         return None
     compared = [*holdout, *training][:MAX_COMPARED]
     found = found_model(diagnosis)
-    fitted = _fitted_model(diagnosis)
+    fitted = _model_with_values_of_recordings(diagnosis)
     on_rig = [r for r in recordings if r.standstills is None]
     stiffness = ((found.values_for_estimation(r.ground)["k"], r) for r in on_rig)
     if any(is_of_other_scale(k, r.tyre.k, r.rig.tolerances.k) for k, r in stiffness):
@@ -180,9 +180,9 @@ def friction_by_both_models(
         EKF_DECLARED: (ObserverName.EKF, None, recordings),
     }
     # To build an observer takes longer than to run it, and one serves all recordings.
-    outcomes: dict[str, dict[str, _Observed]] = results_of(
+    outcomes: dict[str, dict[str, _TrackAndConsistency]] = results_of(
         {
-            label: submit(_observed, observer, model, some, references[load if model else None], load)
+            label: submit(_tracks, observer, model, some, references[load if model else None], load)
             for label, (observer, model, some) in runs.items()
         }
     )
@@ -217,7 +217,7 @@ def _friction_without_stand_ins(
     if diagnosis.without_stand_ins is None:
         return {}
     model, values = diagnosis.without_stand_ins
-    poorer = _fitted_model(replace(diagnosis, model=model, values=values))
+    poorer = _model_with_values_of_recordings(replace(diagnosis, model=model, values=values))
     mu = {r.name: offline_friction(poorer, r, load) for r in recordings}
     return {
         ground: float(np.mean([mu[n] for n in names]) / np.mean([told[n] for n in names]))
@@ -225,13 +225,13 @@ def _friction_without_stand_ins(
     }
 
 
-def _observed(
+def _tracks(
     observer: ObserverName,
     model: FoundModel | None,
     recordings: Sequence[Recording],
     references: Mapping[str, float],
     load: float | None,
-) -> dict[str, _Observed]:
+) -> dict[str, _TrackAndConsistency]:
     """Tracks of an observer over recordings, and how consistent, by name; of a found model at a load."""
     factory, observed = observer_factory(observer), {}
     for recording in recordings:

@@ -9,7 +9,7 @@ import numpy as np
 from brushgrip.wording.recording_remarks import OVER_LOAD
 from identification import FoundModel, Recording
 from observers import Estimates
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 LEAST_CHANGE = 0.01
 """Change of friction over the loads of a recording from which on its load is told [1]."""

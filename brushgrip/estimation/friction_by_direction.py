@@ -10,7 +10,7 @@ import numpy as np
 
 from brushgrip.wording.friction_in_words import NARROWED_BY, OF_ZERO, WAYS, last_usable, with_95_band
 from observers import AligningTorque, DirectionalFriction, Ekf, Estimates, Mhe, Observer, Status
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 UNCHECKED = int(Status.ACQUIRING | Status.SUSPECT)
 """Flags with which no estimate is informed."""
@@ -22,8 +22,8 @@ OF_DIRECTIONS = tuple(f"{name}_{way}" for way in DIRECTIONS for name in ("mu_eff
 """Columns of the friction of each direction."""
 
 
-def friction_of_directions(
-    estimates: Estimates, psi: Array, M_z: Array, aligning: DirectionalFriction
+def directional_friction_and_line(
+    estimates: Estimates, psi: Array, M_z: Array, measurement_model: DirectionalFriction
 ) -> tuple[dict[str, float | str], str]:
     """The known ones of `OF_DIRECTIONS`, and a line, by the last usable sample of each direction.
 
@@ -42,7 +42,7 @@ def friction_of_directions(
     # The zero of the angle may jump where it is implausible.
     left_out = estimates.status & Status.IMPLAUSIBLE != 0
     steps = np.where(left_out[1:] | left_out[:-1], 0.0, np.diff(psi))
-    side = aligning.directions(estimates.t, np.cumsum([0.0, *steps]), M_z)
+    side = measurement_model.directions(estimates.t, np.cumsum([0.0, *steps]), M_z)
     for way, sign in DIRECTIONS.items():
         loads = (side == sign) & (-sign * estimates.M_z_predicted > estimates.M_slide / 2)
         usable = loads & estimates.usable

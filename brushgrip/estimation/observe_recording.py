@@ -39,7 +39,7 @@ from observers import (
     tuning_for,
 )
 from symbolic import InvalidInputError, Model, rig_of
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 ObserverFactory = Callable[[Recording, FoundModel | None], Observer]
 """Builds the observer for a recording, on the model that a diagnosis found or (None) the declared."""
@@ -123,7 +123,7 @@ def model_observer(
     measurement_model: MeasurementModel = SteeringTorque()
     if (car := recording.standstills) is not None:
         measurement_model = RackForce.of(car.vehicle, brakes=car.brakes[0])
-    elif has_aligning_torque(recording):
+    elif aligning_torque_is_measured(recording):
         measurement_model = aligning or aligning_torque_for(found)
     if aligning not in (None, AligningTorque(), measurement_model):
         option = "--by-direction" if by_direction else "--stiffness-state"
@@ -145,7 +145,7 @@ def root_observer_on_declared_model(
         )
     if recording.standstills is not None:
         raise InvalidInputError("--observer root knows no steering gear; for a car use ekf or mhe")
-    if not has_aligning_torque(recording):
+    if not aligning_torque_is_measured(recording):
         raise InvalidInputError("--observer root needs M_z; from M, use ekf or mhe")
     return RootObserver(rig=recording.rig, k=recording.tyre.k, smoothing=smoothing)
 
@@ -256,14 +256,14 @@ def samples_of(recording: Recording) -> Iterator[Sample]:
     return (Sample(psi=p, psi_dot=w, F_N=F, dt=dt, **{channel: m}) for p, w, F, dt, m in columns)
 
 
-def has_aligning_torque(recording: Recording) -> bool:
+def aligning_torque_is_measured(recording: Recording) -> bool:
     """True where the aligning torque was measured; it is preferred to the steering torque."""
     return bool(np.isfinite(recording.M_z).any())
 
 
 def torque_channel_name(recording: Recording) -> str:
     """Name of the torque that an observer takes, "M_z" or "M"."""
-    return "M_z" if has_aligning_torque(recording) else "M"
+    return "M_z" if aligning_torque_is_measured(recording) else "M"
 
 
 def _held_usable(estimates: Estimates) -> NDArray[np.bool_]:

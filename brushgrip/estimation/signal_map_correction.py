@@ -71,11 +71,11 @@ def causes_with_map(recording: Recording, causes: Sequence[str], torque: str) ->
             in_its_unit = recording.t / (factor_of("t", source.unit or "") or 1.0)
             changed["t"] = replace(source, unit=unit_of_period(float(np.median(np.diff(in_its_unit)))))
         if recording.standstills is None and (scale := SCALE.match(cause)):
-            ratio = _if_scaled(recording, torque, float(scale[1])) + BESIDE
+            ratio = _remedy_if_torque_is_scaled(recording, torque, float(scale[1])) + BESIDE
     why = "; ".join(causes if recording.standstills is None else map(_cause_in_vehicle_keys, causes))
     if recording.standstills is not None and not set(changed) <= {"t"}:
         return why
-    counter = _if_t_counts_samples(recording) if "t" in changed else ""
+    counter = _map_if_t_counts_samples(recording) if "t" in changed else ""
     if any(cause.startswith(ANGLE) for cause in causes):
         changed["psi"], ratio = _angle(recording)
     elif changed:
@@ -83,7 +83,7 @@ def causes_with_map(recording: Recording, causes: Sequence[str], torque: str) ->
     return why + (f": {corrected_map(recording.sources, changed)}" if changed else "") + ratio + counter
 
 
-def _if_scaled(recording: Recording, torque: str, scale: float) -> str:
+def _remedy_if_torque_is_scaled(recording: Recording, torque: str, scale: float) -> str:
     """What may be wrong where the torque grows with the angle so many times as k, a and F_N say."""
     if scale >= MISSING_RATIO_SCALE:
         return FOR_K
@@ -109,7 +109,7 @@ def in_channels(recording: Recording, text: str) -> str:
     return text.replace("--map M_z=-M", corrected_map(others, turned))
 
 
-def _if_t_counts_samples(recording: Recording) -> str:
+def _map_if_t_counts_samples(recording: Recording) -> str:
     """What to write where the time may be a count of samples; empty where it is none."""
     if (np.diff(recording.t) != 1).any():
         return ""

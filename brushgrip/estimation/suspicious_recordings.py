@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from brushgrip.estimation.friction_by_direction import without_directional_friction
 from brushgrip.estimation.observe_recording import (
     ObserverFactory,
+    aligning_torque_is_measured,
     angle_nan_where_imputed,
-    has_aligning_torque,
     samples_of,
     torque_channel_name,
     with_mean_wheel,
@@ -32,8 +32,8 @@ from observers.estimates import BAND_STDS
 from observers.protocol import MAX_SAMPLE_PERIOD
 from observers.quality.hypotheses_verdict import VERDICT
 from observers.tuning import REFERENCE_STEP
-from symbolic.array_alias import Array
-from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_direction_deficit
+from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_share_below_mean
+from symbolic.float_array import Array
 
 SUSPECTED = "an input looks wrong, so that the result may be void"
 """How the note on it begins in a diagnosis."""
@@ -138,7 +138,7 @@ def inconsistency_remedy(
     many samples as 10 ms have.
     """
     lacking = LACKING_STILL if of_found else LACKING
-    of_rig = recording.standstills is None and has_aligning_torque(recording)
+    of_rig = recording.standstills is None and aligning_torque_is_measured(recording)
     if not (of_rig and isinstance(observer, Ekf | Mhe)):
         return ""
     innovation, inconsistent = recording.M_z - estimates.M_z_predicted, Status.INCONSISTENT
@@ -197,7 +197,7 @@ def weaker_direction_share_and_note(
 
     They tell the lower end of its 95 % band where mu_eff and its standard deviation [1] are given.
     """
-    below = weaker_direction_deficit(values)
+    below = weaker_share_below_mean(values)
     told = f"{100 * below:.0f} % less than mu_eff turning to "
     told += f"{'positive' if values.get(ASYMMETRY_RATIO, 1.0) < 1 else 'negative'} psi"
     if isfinite(mu_eff + mu_eff_std):

@@ -45,7 +45,7 @@ from identification.reading.readers import files_beside
 from identification.reading.signal_map import parse_maps
 from identification.reading.trimming_and_thinning import trimmed
 from symbolic import Effect, InvalidInputError
-from symbolic.tables.toml_and_json_parsing import MAX_TABLES_SIZE, toml_of
+from symbolic.tables.toml_and_json_parsing import MAX_TABLES_SIZE, parse_toml
 from symbolic.tables.vehicle_from_tables import VEHICLE
 
 Content = TypeVar("Content")
@@ -234,7 +234,7 @@ def staged_files_with_provenance(
 
 def require_brakes_known(file: Path | None, recordings: Sequence[Recording]) -> None:
     """Refuse recordings of which nothing says whether the brakes held the wheels."""
-    section = toml_of(read_bytes(file, MAX_TABLES_SIZE))[VEHICLE] if file else {}
+    section = parse_toml(read_bytes(file, MAX_TABLES_SIZE))[VEHICLE] if file else {}
     for one in recordings:
         recorded = one.standstills is not None and one.standstills.brakes_recorded
         if not (recorded or (isinstance(section, dict) and "brakes" in section)):

@@ -14,7 +14,7 @@ from brushgrip.outputs.atomic import file_keys
 from identification import READERS, Recording
 from identification.fits.autocorrelation import autoregression
 from identification.reading.checked_file_reading import as_read_error
-from identification.reading.table import MIN_SAMPLES
+from identification.reading.sample_table import MIN_SAMPLES
 from symbolic import InvalidInputError
 from symbolic.errors import printable
 
@@ -101,12 +101,12 @@ def _shares_noise(one: Recording, other: Recording) -> bool:
         if not _MIN_SAMPLES_OF_NOISE <= float(np.ptp(r.t)) / period < _LONGEST_PAUSE * r.t.size:
             return False
     # On the samples of the noisier one: what is interpolated loses noise.
-    pairs = ((one, _noise(one)), (other, _noise(other)))
+    pairs = ((one, _torque_noise_std(one)), (other, _torque_noise_std(other)))
     (quiet, _), (noisy, noise) = sorted(pairs, key=lambda pair: pair[1])
     shift = _shift_by_noise(noisy, quiet, period)
     for step in (period / 8, period / 64):
         shifts = shift + step * np.arange(-8, 9)
-        errors = [_disagreement(noisy, quiet, by) for by in shifts]
+        errors = [_torque_rms_difference(noisy, quiet, by) for by in shifts]
         shift = float(shifts[np.argmin(errors)])
     return min(errors) < _COPIED_NOISE * noise
 
@@ -116,7 +116,7 @@ def _known(recording: Recording) -> NDArray[np.bool_]:
 
 
 @lru_cache(maxsize=16)  # Each recording stands beside each other one.
-def _noise(recording: Recording) -> float:
+def _torque_noise_std(recording: Recording) -> float:
     """White noise of the torque [N m]: what neither its course nor a hum explains."""
     torque = recording.M_z[_known(recording)][:_MAX_SAMPLES_OF_NOISE]
     centred = torque - torque.mean()
@@ -140,7 +140,7 @@ def _shift_by_noise(one: Recording, other: Recording, period: float) -> float:
     return float(other.t[0] - one.t[0] + lag * period)
 
 
-def _disagreement(one: Recording, other: Recording, shift: float) -> float:
+def _torque_rms_difference(one: Recording, other: Recording, shift: float) -> float:
     """Root mean square difference of their torques [N m]; infinite where angles or spans differ."""
     known, t = _known(other), one.t + shift
     both = _known(one) & (t >= other.t[known][0]) & (t <= other.t[known][-1])

@@ -7,7 +7,7 @@ import numpy as np
 
 from brushgrip.live.row_estimation import Point
 from observers import ESTIMATE
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 MAX_RECORDED_COLUMNS = 8
 """Most columns of a recording, the time first."""

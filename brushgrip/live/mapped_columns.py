@@ -7,8 +7,8 @@ from math import inf
 
 from identification.reading.channels_by_name import map_hint, match_channel
 from identification.reading.map_for_recording import map_for_recording, unit_by_name
+from identification.reading.sample_table import MAX_VALUES, possible_columns
 from identification.reading.signal_map import SignalMap
-from identification.reading.table import MAX_VALUES, possible_columns
 from identification.reading.units import unit_of_name
 from symbolic import InvalidInputError
 from symbolic.tables.toml_and_json_parsing import excerpt
@@ -24,7 +24,7 @@ OF_WHEEL, OF_CAR = (("psi",), ("M_z", "M")), (("rack", "handwheel"), ("F_rack", 
 """Columns of angle and torque, of each the first that a source has."""
 
 
-def out_of_range(row: Row) -> list[str]:
+def columns_out_of_range(row: Row) -> list[str]:
     """Columns with a value for which a file would be refused."""
     sizes = {name: MAX_VALUES.get(name, (inf,))[0] for name in row if name != "t"}
     return [n for n, size in sizes.items() if abs(row[n]) > size or (n == "F_N" and row[n] <= 0)]

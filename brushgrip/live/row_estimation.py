@@ -16,9 +16,9 @@ from brushgrip.live.adviser import Adviser
 from brushgrip.live.mapped_columns import OF_CAR, OF_WHEEL, Row
 from identification.reading.car_plausibility import rack_signals, require_plausible_car
 from identification.reading.car_recordings import require_steering
+from identification.reading.sample_table import CAR_COLUMNS, MIN_SAMPLES, Table
 from identification.reading.signal_map import ANGLES, NO_MAP, SignalMap
 from identification.reading.steering_rate import require_rate_of_angle
-from identification.reading.table import CAR_COLUMNS, MIN_SAMPLES, Table
 from observers import Estimate, Loop, Observer, Sample, Status
 from observers.interfaces.car_observer import HOLDING
 from observers.protocol import prior_estimate
@@ -142,7 +142,7 @@ class WheelRowEstimator(RowEstimator):
         if "psi_dot" in self.columns and not self._refused:
             known = recorded[np.isfinite(recorded[:, [1, 4]]).all(axis=1)]
             if len(known) >= MIN_SAMPLES:
-                table = _table(self._path, self.columns, known[-MAX_RATES:])
+                table = _table_from_rows(self._path, self.columns, known[-MAX_RATES:])
                 table = replace(table, sources={c: self._signals.of(c) for c in ANGLES})
                 try:
                     require_rate_of_angle(table, *(table.columns[c] for c in ANGLES))
@@ -203,7 +203,7 @@ class CarStandstillEstimator(RowEstimator):
             if not any(isfinite(row.get(n, nan)) for n in OF_CAR[0]):
                 return []
             columns = ("t", *(n for n in CAR_COLUMNS if n in row))
-            first = _table(self._path, columns, np.array([[row[n] for n in columns]]))
+            first = _table_from_rows(self._path, columns, np.array([[row[n] for n in columns]]))
             require_steering(first, self._vehicle)
             self.columns = columns
             if "speed" not in columns:
@@ -227,7 +227,7 @@ class CarStandstillEstimator(RowEstimator):
     def implausible(self, recorded: NDArray[np.float64], /) -> str:
         """Why the columns look like ones in other units or of other signs."""
         try:
-            require_plausible_car(_table(self._path, self.columns, recorded), self._vehicle)
+            require_plausible_car(_table_from_rows(self._path, self.columns, recorded), self._vehicle)
         except InvalidInputError as error:
             return str(error)
         return ""
@@ -258,6 +258,6 @@ class CarStandstillEstimator(RowEstimator):
         return points
 
 
-def _table(path: Path, columns: Sequence[str], rows: NDArray[np.float64]) -> Table:
+def _table_from_rows(path: Path, columns: Sequence[str], rows: NDArray[np.float64]) -> Table:
     named = dict(zip(columns, rows.T, strict=True))
     return Table(path=path, columns=named, place=str, names=tuple(columns))

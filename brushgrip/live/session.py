@@ -15,12 +15,12 @@ import numpy as np
 from brushgrip.estimation.observe_recording import HOLD
 from brushgrip.live.adviser import STOP, Adviser
 from brushgrip.live.estimate_ring import EstimatePoints, EstimateRing
-from brushgrip.live.mapped_columns import Row, out_of_range
+from brushgrip.live.mapped_columns import Row, columns_out_of_range
 from brushgrip.live.recorder import Recorder
 from brushgrip.live.row_estimation import Point, RowEstimator
 from brushgrip.live.session_state_in_words import LastUsable, State, without_turning
 from brushgrip.live.sources import WAIT, Source
-from brushgrip.live.timestamp_filter import TimestampFilter, arrival_time
+from brushgrip.live.timestamp_filter import TimestampFilter, clock_time
 from observers import ESTIMATE, Estimate, Status
 from symbolic import InvalidInputError
 
@@ -100,7 +100,7 @@ class Session:
 
     def state(self) -> State:
         """How the session stands now."""
-        estimate, age = self._newest, arrival_time() - self._came
+        estimate, age = self._newest, clock_time() - self._came
         recorder, ended = self._recorder, self._is_over
         # Nobody turns any more, or no turning makes friction known.
         idle = ended or age >= HOLD or not self.plausible
@@ -175,7 +175,7 @@ class Session:
                     return
             room = MAX_QUEUED_SAMPLES - len(self._waiting)
             self._counts["lost"] += max(len(rows) - room, 0)
-            self._waiting.extend(zip(repeat(arrival_time()), rows[:room], strict=False))
+            self._waiting.extend(zip(repeat(clock_time()), rows[:room], strict=False))
             if rows:
                 self._arrived.set()
 
@@ -207,7 +207,7 @@ class Session:
         for timed in self._clock(row):
             if timed.begins:
                 self._begin_stretch()
-            wrong, self._estimating = out_of_range(timed.row), True
+            wrong, self._estimating = columns_out_of_range(timed.row), True
             self._counts["out of range"] += len(wrong)
             try:
                 if points := self.estimator({**timed.row, **dict.fromkeys(wrong, nan)}):

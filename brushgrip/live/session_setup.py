@@ -15,12 +15,12 @@ from brushgrip.live.can_source import CanSource
 from brushgrip.live.mapped_columns import MappedColumns
 from brushgrip.live.row_estimation import CarStandstillEstimator, RowEstimator, WheelRowEstimator
 from brushgrip.live.session_state_in_words import address_of
-from brushgrip.live.sources import FileSource, LineSource, Source, UdpSource
+from brushgrip.live.sources import LineSource, ReplaySource, Source, UdpSource
 from brushgrip.outputs.console import say
 from identification import READERS, Recording, Standstills, read_rig, read_vehicle
 from identification.reading.readers import read_table
 from identification.reading.rigfile import rig_of_table
-from identification.reading.table import Table, required_columns
+from identification.reading.sample_table import Table, required_columns
 from symbolic import InvalidInputError, Rig, Tyre, rig_of
 
 
@@ -88,7 +88,7 @@ def source_opener(
     """What opens a source, again where it is lost; a file, of content `table`, runs at `speed`."""
     kind, _, rest = spec.partition(":")
     if table is not None:
-        return lambda: FileSource(table, speed)
+        return lambda: ReplaySource(table, speed)
     if spec == "-":
         return lambda: LineSource(0, columns)
     if kind == "udp":

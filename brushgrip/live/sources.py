@@ -14,9 +14,9 @@ from typing import Protocol
 import numpy as np
 
 from brushgrip.live.mapped_columns import MappedColumns, Row
-from brushgrip.live.timestamp_filter import arrival_time
+from brushgrip.live.timestamp_filter import clock_time
 from identification.reading.formats.csvdialect import NumberParser, delimiter_of
-from identification.reading.table import Table
+from identification.reading.sample_table import Table
 from identification.reading.units import UNITS, is_unit, unit_of_name
 from symbolic import InvalidInputError
 
@@ -115,7 +115,7 @@ class Source(Protocol):
         """Let it go."""
 
 
-class FileSource:
+class ReplaySource:
     """A recording in real time."""
 
     waits, refused, fault = True, 0, ""
@@ -163,7 +163,7 @@ class _TextSource:
                 self._is_timed |= "t" in row
                 if self._is_timed and "t" not in row:
                     raise InvalidInputError("no t, which lines before had")
-                rows.append({"t": arrival_time(), **row})
+                rows.append({"t": clock_time(), **row})
             except ValueError as error:  # Also of letters, and of columns that are missing.
                 self.refused, self.fault = self.refused + 1, str(error)
         return rows

@@ -5,7 +5,7 @@ from math import isfinite
 from typing import NamedTuple
 
 from brushgrip.live.mapped_columns import Row
-from identification.reading.table import MIN_TIME_STEP
+from identification.reading.sample_table import MIN_TIME_STEP
 
 GAP = 2.0
 """After a longer pause the patch may have been turned unseen, and the observer begins anew [s]."""
@@ -17,7 +17,7 @@ MAX_START_TIME = 1e6
 """Times that begin beyond it, as those since 1970, are counted from the first sample [s]."""
 
 
-def arrival_time() -> float:
+def clock_time() -> float:
     """The time of a sample that comes now [s], by a clock that goes on while the machine sleeps."""
     clock = getattr(time, "CLOCK_BOOTTIME", None)  # Linux alone has one
     return time.monotonic() if clock is None else time.clock_gettime(clock)

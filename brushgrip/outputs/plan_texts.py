@@ -9,9 +9,9 @@ from identification import SignalSource
 from observers import Plan
 from observers.planning.forecast import percent_beside
 from symbolic import Vehicle
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
+from symbolic.vehicle.rack_pinion_ratio import pinion_of_rack
 from symbolic.vehicle.steering import mean_angle
-from symbolic.vehicle.variable_ratio import pinion_of_rack
 
 
 def plan_csv(plan: Plan, vehicle: Vehicle | None, F_N: float) -> str:

@@ -16,7 +16,7 @@ from identification.reading.checked_file_reading import require_readable
 from identification.reading.rigfile import read_rig
 from symbolic import InvalidInputError, rig_from_tables
 from symbolic.errors import printable
-from symbolic.tables.toml_and_json_parsing import toml_of
+from symbolic.tables.toml_and_json_parsing import parse_toml
 from symbolic.version import version
 
 KEY = "provenance"
@@ -104,7 +104,7 @@ def warn_of_another_rig(file: Path | None, model: Path | None) -> None:
     try:
         rig, _ = read_rig(file)
         told = json.loads(model.read_bytes())[KEY]["rig"]["content"]
-        found, _ = rig_from_tables(toml_of(told.encode()))
+        found, _ = rig_from_tables(parse_toml(told.encode()))
     except (OSError, ValueError, LookupError, TypeError, AttributeError, InvalidInputError):
         return  # What is wrong with a file is said where it is used.
     if not (isclose(rig.a, found.a) and isclose(rig.e, found.e)):

@@ -12,7 +12,7 @@ from identification.steering.full_slide_calibration import TyresResult
 from identification.steering.gear_friction_on_plates import PlatesResult
 from symbolic import InvalidInputError, Rig, Tyre
 from symbolic.parameters import EVEN
-from symbolic.tables.toml_and_json_parsing import MAX_TABLES_SIZE, toml_of
+from symbolic.tables.toml_and_json_parsing import MAX_TABLES_SIZE, parse_toml
 from symbolic.tables.vehicle_from_tables import VEHICLE
 from symbolic.vehicle.steering import inclination_of_return
 from symbolic.vehicle.vehicle import STD_PER_TOLERANCE, Vehicle
@@ -87,7 +87,7 @@ def identified_vehicle_text(
         changes = plate_changes(vehicle, result)
     else:
         changes = tyre_changes(vehicle, result)
-    section = toml_of(read_bytes(file, MAX_TABLES_SIZE))[VEHICLE]
+    section = parse_toml(read_bytes(file, MAX_TABLES_SIZE))[VEHICLE]
     assert isinstance(section, dict)  # It was read as a vehicle file before.
     for name, new in changes.items():
         section[name] = {"value": new[0], "tolerance": new[1]} if isinstance(new, tuple) else new

@@ -42,7 +42,7 @@ def last_usable_friction(track: FrictionTrack) -> str:
     return "–" if at is None else with_95_band(float(track.mu[at]), float(track.mu_std[at]))
 
 
-def band_shares(outcome: FrictionOutcome, ground: str | None = None) -> dict[str, float]:
+def variance_shares_by_cause(outcome: FrictionOutcome, ground: str | None = None) -> dict[str, float]:
     """Shares of the variance of the last usable friction by cause, on a ground or on all [1]."""
     squares: dict[str, float] = {}
     grounds = outcome.grounds if ground is None else [ground]
@@ -55,7 +55,7 @@ def band_shares(outcome: FrictionOutcome, ground: str | None = None) -> dict[str
 
 def widest_causes(outcome: FrictionOutcome) -> str:
     """What the bands are made of, and what of it all recordings share; empty where that is not known."""
-    shares = band_shares(outcome)
+    shares = variance_shares_by_cause(outcome)
     if not shares:
         return ""
     without = {cause: 100 * (1 - np.sqrt(1 - share)) for cause, share in shares.items()}

@@ -5,7 +5,7 @@ from statistics import fmean
 
 from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
 from brushgrip.estimation.suspicious_recordings import SUSPECTED
-from brushgrip.report.friction_summary import band_shares
+from brushgrip.report.friction_summary import variance_shares_by_cause
 from brushgrip.report.validity_and_missing_effects import stiffness_cases
 from brushgrip.wording.diagnosis_in_words import (
     is_unconfirmed,
@@ -88,10 +88,10 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
         f"{where}, measure {listed(names)}, and declare their tolerances"
         f"{_at_best(outcome, *{PART_OF_BAND.get(name, '') for name in names})}"
         for note in diagnosis.notes
-        if note.startswith(ASSUMED) and (names := _assumed_values(diagnosis, note))
+        if note.startswith(ASSUMED) and (names := _values_without_tolerance(diagnosis, note))
     ][:1]
     more = _more_recordings(outcome)
-    if not steps and (band_shares(outcome) or not [*more, *to_declare]):
+    if not steps and (variance_shares_by_cause(outcome) or not [*more, *to_declare]):
         steps = [_to_narrow(diagnosis, outcome)]
     if stiffness_cases(diagnosis):  # Both at the rig.
         steps, to_declare = [steps[0], *to_declare, *steps[1:]], []
@@ -139,7 +139,7 @@ def _more_recordings(outcome: FrictionOutcome) -> list[str]:
     ]
 
 
-def _assumed_values(diagnosis: Diagnosis, note: str) -> list[str]:
+def _values_without_tolerance(diagnosis: Diagnosis, note: str) -> list[str]:
     """What a note says that nobody declared a tolerance of; not k where that is to be declared first."""
     names = [part.split(" ±")[0].split(" (")[0] for part in note.partition(": ")[2].split(", ")]
     return [name for name in names if name != STIFFNESS or not stiffness_cases(diagnosis)]
@@ -147,7 +147,7 @@ def _assumed_values(diagnosis: Diagnosis, note: str) -> list[str]:
 
 def _to_narrow(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     """What narrows the ± of friction, and what no recording would settle."""
-    cause = next(iter(band_shares(outcome)), "")
+    cause = next(iter(variance_shares_by_cause(outcome)), "")
     narrower = (
         f"to narrow the ±, {how_to_narrow(cause)}{_at_best(outcome, cause)}" if cause else "nothing"
     )
@@ -181,7 +181,7 @@ def _at_best(outcome: FrictionOutcome, *causes: str) -> str:
     changes = []
     for ground, one in outcome.bands().items():
         squares = [float(track.mu_std[at]) ** 2 for track, at in outcome.known_tracks(ground)]
-        shares, half = band_shares(outcome, ground), one.further or 0.0
+        shares, half = variance_shares_by_cause(outcome, ground), one.further or 0.0
         share = sum(shares.get(cause, 0.0) for cause in causes)
         best = sqrt(max(0.0, half**2 - share * BAND_95**2 * fmean(squares)))
         digits = band_decimals(half)

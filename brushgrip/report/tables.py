@@ -163,8 +163,8 @@ def residual_correlations(diagnosis: Diagnosis) -> ReportTable:
         rows=[
             (
                 s.signal,
-                _correlation(s),
-                _correlation(after[s.signal]),
+                _correlation_cell(s),
+                _correlation_cell(after[s.signal]),
                 s.reading.removeprefix("usually ") if s.stands_out else "",
             )
             for s in before
@@ -173,7 +173,7 @@ def residual_correlations(diagnosis: Diagnosis) -> ReportTable:
     )
 
 
-def _correlation(signature: SignalCorrelation) -> str:
+def _correlation_cell(signature: SignalCorrelation) -> str:
     if signature.band > 0.995:  # Nothing of the signal is left.
         return "fitted, not testable"
     mark = "*" if signature.leaves_band else ""

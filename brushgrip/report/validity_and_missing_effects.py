@@ -20,7 +20,7 @@ from identification.diagnosis.found_stiffness import OFF_STIFFNESS
 from identification.diagnosis.from_search import BEYOND_RANGE
 from identification.diagnosis.graded_effects import ASSUMED
 from symbolic import EFFECTS, InvalidInputError
-from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_direction_deficit
+from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_share_below_mean
 
 MEANING = ", how steeply the torque rises before anything slides, is"
 """What the stiffness k is, behind its name."""
@@ -201,7 +201,7 @@ def summary_of(diagnosis: Diagnosis, effect: FoundEffect) -> str:
     if effect.name == "asymmetric_friction" and len(ratios) == 1:
         # Of friction at rising over that at falling angle.
         ratio = ratios[0].value
-        less = weaker_direction_deficit({ASYMMETRY_RATIO: ratio})
+        less = weaker_share_below_mean({ASYMMETRY_RATIO: ratio})
         way, back = ("rises", "falls")[:: 1 if ratio < 1 else -1]
         summary += f", lower while the angle {way} than while it {back}"
         summary += f" ({100 * less:.0f} % below the mean of both)"
@@ -258,7 +258,7 @@ def _known(tracks: Sequence[FrictionTrack]) -> str:
     return f"{len(known)} of {len(tracks)} recordings (first after {since} s{ends})"
 
 
-def adjusted_values(diagnosis: Diagnosis) -> str:
+def adjusted_values_in_words(diagnosis: Diagnosis) -> str:
     """What is fitted to each recording that judges, in words."""
     scopes = {e.name for e, p in diagnosis.model.parameters if e and p.scope == "recording"}
     return (
@@ -285,7 +285,7 @@ def error_to_quote(diagnosis: Diagnosis) -> str:
         first = f"{refitted} of its range by the assumed model"
     told = f"The calculated torque is off by {first} with only its stiffness k fitted"
     told += "".join(f", by {one} by the model found" for one in found)
-    values = f"{adjusted_values(diagnosis)}, fitted to each"
+    values = f"{adjusted_values_in_words(diagnosis)}, fitted to each"
     if not bare:
         return f"{told}, in {judged}, with {values}."
     left = percent(stages[-1].summary()[judging])

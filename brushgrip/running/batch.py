@@ -14,7 +14,7 @@ from brushgrip.estimation.friction_at_common_load import load_of_friction
 from brushgrip.estimation.friction_budget import STANDS, declared_values_in_words, friction_budget
 from brushgrip.estimation.friction_by_direction import (
     OF_DIRECTIONS,
-    friction_of_directions,
+    directional_friction_and_line,
     hidden_by_zero,
 )
 from brushgrip.estimation.observe_recording import (
@@ -113,7 +113,7 @@ class EstimateOutcome:
     fault: BrushgripError | None = None
 
 
-def other_outputs(
+def output_files_beside_tables(
     out: Path | None, summary: Path | None, picture: Path | None, *, alone: bool
 ) -> list[Path]:
     """Files that are written beside the tables of a batch: the summary, or all of a single recording."""
@@ -206,7 +206,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     number, why = unusable_samples_and_remedy(estimates, noise, rates, cause, of_car=of_car)
     aligning, directed, line = getattr(observer, "measurement_model", None), dict[str, str | float](), ""
     if by_direction := isinstance(aligning, DirectionalFriction):
-        directed, line = friction_of_directions(estimates, recording.psi, recording.M_z, aligning)
+        directed, line = directional_friction_and_line(estimates, recording.psi, recording.M_z, aligning)
     way = str(directed.get("direction", ""))
     told = [estimates_summary(estimates, noise, rates, cause, of_car=of_car, way=way), line]
     if task.budget and not task.smooth:
@@ -289,10 +289,10 @@ def write_summary(path: Path, rows: Iterable[Row]) -> None:
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         writer.writeheader()
-        writer.writerows({name: _cell(value) for name, value in row.items()} for row in rows)
+        writer.writerows({name: _csv_cell(value) for name, value in row.items()} for row in rows)
 
 
-def _cell(value: str | int | float) -> str:
+def _csv_cell(value: str | int | float) -> str:
     if isinstance(value, str):
         return f"'{value}" if value.startswith(FORMULA) else value
     return csv_field(value, DIGITS)

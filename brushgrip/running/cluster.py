@@ -5,7 +5,7 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from typing import Any
 
-from identification.selection.trial_runner import processes
+from identification.selection.trial_runner import worker_pool
 from symbolic import BrushgripError, InvalidInputError
 
 PATIENCE = "20s"
@@ -16,13 +16,13 @@ PATIENCE = "20s"
 def cluster_or_local_executor(
     address: str | None, jobs: int | None = None, start: int = 0
 ) -> Iterator[Executor | None]:
-    """The executor of a Dask cluster; for no address `processes` of this machine, None for one job.
+    """The executor of a Dask cluster; for no address `worker_pool` of this machine, None for one job.
 
     A worker that is lost costs time alone: Dask gives its work to another. The workers need the same
     version of brushgrip, and to see files under the same paths.
     """
     if address is None:
-        with processes(jobs, start) as pool:
+        with worker_pool(jobs, start) as pool:
             yield pool
         return
     client = _client(address)

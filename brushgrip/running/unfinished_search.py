@@ -8,7 +8,7 @@ from pathlib import Path
 
 from brushgrip.outputs.console import warn
 from identification import Journal
-from symbolic.compilation.library_cache import cache_directory
+from symbolic.compilation.cache_folder import cache_directory
 
 
 @contextmanager

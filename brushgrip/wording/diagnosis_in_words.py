@@ -49,7 +49,7 @@ def headline(diagnosis: Diagnosis) -> str:
             if diagnosis.unexplained.present
             else f"The assumed model lacks nothing{beside} that these recordings could show"
         )
-        return f"{verdict}: {kind} error {after} of range{_unrefitted(diagnosis)}."
+        return f"{verdict}: {kind} error {after} of range{_unrefitted_clause(diagnosis)}."
     found = _found(diagnosis)
     if diagnosis.unexplained.present:
         rest = percent(diagnosis.unexplained.structured)
@@ -57,10 +57,12 @@ def headline(diagnosis: Diagnosis) -> str:
             found = f"Something unknown remains, {rest} of range; {found[:1].lower()}{found[1:]}"
         else:
             found = f"{found}; {rest} of range stay unexplained"
-    return f"{found}: {kind} error {before} (k refitted) → {after} of range{_unrefitted(diagnosis)}."
+    return (
+        f"{found}: {kind} error {before} (k refitted) → {after} of range{_unrefitted_clause(diagnosis)}."
+    )
 
 
-def _unrefitted(diagnosis: Diagnosis) -> str:
+def _unrefitted_clause(diagnosis: Diagnosis) -> str:
     """That the error is small by what is adjusted to each validation recording alone."""
     error = unrefitted_error(diagnosis)
     if error is None:

@@ -14,7 +14,7 @@ from observers.protocol import UNCHECKED, uninformed_remedy
 from observers.quality.friction_across_recordings import MIN_RECORDINGS
 from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD, OF_SCALE, OF_TUNING
 from symbolic import Rig
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 SLIPPERY = 0.15
 """Friction below which dry friction and noise of a sensor matter [1]."""

@@ -14,7 +14,7 @@ FEWEST_ALIKE = 3
 """Fewest recordings that together speak for a declared value that is wrong."""
 
 
-class _Wanted(NamedTuple):
+class _WantedValue(NamedTuple):
     """What a recording wants in place of a declared value."""
 
     owner: str | None
@@ -34,7 +34,7 @@ def notes_on_declared_values(
     fits: Sequence[Fit], estimates: Mapping[str, ParameterEstimate]
 ) -> list[str]:
     """Once what all recordings want, else each that a tolerance stops; `estimates` give deviations."""
-    wanted = [one for fitted in fits for one in _wanted(fitted, estimates)]
+    wanted = [one for fitted in fits for one in _wanted_values(fitted, estimates)]
     count = len({name for fitted in fits for name in fitted.residuals})
     common = {}
     for name in dict.fromkeys(one.name for one in wanted):
@@ -50,13 +50,13 @@ def notes_on_declared_values(
     return [*common.values(), *single]
 
 
-def _wanted(fitted: Fit, estimates: Mapping[str, ParameterEstimate]) -> list[_Wanted]:
+def _wanted_values(fitted: Fit, estimates: Mapping[str, ParameterEstimate]) -> list[_WantedValue]:
     distances = np.abs(fitted.bound_distances).min(axis=0)
     columns = zip(
         fitted.labels, fitted.prior_weights, fitted.prior_steps * fitted.scales, distances, strict=True
     )
     return [
-        _Wanted(
+        _WantedValue(
             owner=owner,
             name=name,
             value=fitted.values.at((owner, name)),
@@ -69,7 +69,7 @@ def _wanted(fitted: Fit, estimates: Mapping[str, ParameterEstimate]) -> list[_Wa
     ]
 
 
-def _is_common(wanted: Sequence[_Wanted]) -> bool:
+def _is_common(wanted: Sequence[_WantedValue]) -> bool:
     """Whether all are off one declared value the same way, each clearly, and agree on how far.
 
     The deviation of a recording that was left out of the fit does not count that of shared values.
@@ -80,7 +80,7 @@ def _is_common(wanted: Sequence[_Wanted]) -> bool:
     return bool(one_declared and one_way and (np.abs(off) > std).all() and np.ptp(off) <= 2 * std.max())
 
 
-def _common_note(wanted: Sequence[_Wanted]) -> str:
+def _common_note(wanted: Sequence[_WantedValue]) -> str:
     one, value = wanted[0], float(np.mean([each.value for each in wanted]))
     unit, than = _unit(one.name), "more" if one.off > 0 else "less"
     # The tolerance draws what is found to what is declared.

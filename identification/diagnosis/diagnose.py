@@ -8,7 +8,7 @@ import numpy as np
 
 from identification.diagnosis.error_stages import declared_errors, left_out_residuals
 from identification.diagnosis.from_search import build_diagnosis, friction_beyond_range
-from identification.diagnosis.graded_effects import assumed_tolerances
+from identification.diagnosis.graded_effects import assumed_tolerances_note
 from identification.diagnosis.result import Diagnosis
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposed_experiment import Proposal
@@ -105,13 +105,13 @@ def _prepared(
     bound, shortened = thin_recordings([within_declared_range(r) for r in (*recordings, *holdout)])
     stood = [farthest_standstill_without_gear(recording) for recording in bound]
     everything = [recording for recording, _ in stood]
-    _check(recordings, everything)
-    notes = [shortened, *(note for _, note in stood), assumed_tolerances(everything), beyond]
+    _require_usable_recordings(recordings, everything)
+    notes = [shortened, *(note for _, note in stood), assumed_tolerances_note(everything), beyond]
     read = [replace(r, rig=with_usual_tolerances(r.rig)) for r in everything]
     return read[: len(recordings)], read[len(recordings) :], list(filter(None, notes))
 
 
-def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> None:
+def _require_usable_recordings(recordings: Sequence[Recording], everything: Sequence[Recording]) -> None:
     if not recordings:
         raise InvalidInputError("no recording given; at least one is needed")
     names = [r.name for r in everything]

@@ -16,8 +16,8 @@ from identification.fits.parameter_values import replaced_rig
 from identification.reading.recordings import Recording
 from identification.selection.trial import RANKING, model_of
 from symbolic import Effect, Expression, Model, Signals, parameter_name, simulate
-from symbolic.array_alias import Array
 from symbolic.bristle_patch import BristleTraits
+from symbolic.float_array import Array
 from symbolic.slip_at_friction_limit import REST_SPEED, log_creep_factor
 
 POINTS = 60

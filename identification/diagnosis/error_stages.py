@@ -24,7 +24,7 @@ from identification.reading.recordings import Recording
 from identification.selection.trial import RANKING, Trial, fit_own_parameters, model_of
 from identification.selection.trial_runner import TrialRunner, results_of
 from symbolic import ModelError, full_slide_torque
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 LIFTED = 0.05
 """Share of the median load below which a wheel is lifted [1]."""

@@ -16,7 +16,7 @@ from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit, parameters_at_bounds
 from identification.fits.least_squares_problem import signals_of
 from identification.fits.parameter_values import UNNAMED_GROUND, ParameterEstimate, Values, replaced_rig
-from identification.reading.declared_sensor_range import greatest_friction, samples_beyond_range
+from identification.reading.declared_sensor_range import counts_beyond_range, greatest_friction
 from identification.reading.recordings import Recording
 from identification.residuals.partial_correlations import Signatures
 from identification.residuals.unexplained_residual import unexplained
@@ -26,7 +26,7 @@ from identification.selection.stepwise_search import Search
 from identification.selection.trial import Trial
 from identification.selection.trial_runner import Effects
 from symbolic import TOLERATED, Effect, Model, parameter_name, units_of
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.trajectory_sensitivity import memory_at_full_slide
 
 
@@ -107,7 +107,7 @@ def friction_beyond_range(
     bound is measured only where the torque reached the range.
     """
     least = []
-    for recording in (r for r in recordings if samples_beyond_range(r)[0]):
+    for recording in (r for r in recordings if counts_beyond_range(r)[0]):
         found = replaced_rig(recording, values)
         rig, load = found.rig, float(np.median(found.F_N[found.F_N > 0]))
         theta = np.asarray(model.theta(values.of(recording))).ravel()

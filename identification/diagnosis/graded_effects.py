@@ -82,7 +82,7 @@ def found_effects(
                 summary=effect.summary.replace("other than", f"{'less' if less else 'more'} than"),
                 family=effect.name if effect.family == "other" else effect.family,
                 scope=scope,
-                grade=grade_of(
+                grade=effect_grade(
                     0.0 if alone else errors,
                     bic,
                     distance,
@@ -150,10 +150,10 @@ def distance_from_neutral(effect: Effect, estimates: Mapping[str, ParameterEstim
     return max(distances, default=None)
 
 
-def grade_of(
-    standard_errors: float,
+def effect_grade(
+    standard_errors_of_gain: float,
     delta_bic: float,
-    distance: float | None = None,
+    distance_from_no_effect: float | None = None,
     *,
     has_rivals: bool,
     stands_in: bool,
@@ -167,8 +167,8 @@ def grade_of(
     """
     if stands_in:
         return "stands_in"
-    off = math.inf if distance is None else distance
-    if not (min(standard_errors, off) >= CLEAR_ERRORS and delta_bic <= CLEAR_BIC):
+    off = math.inf if distance_from_no_effect is None else distance_from_no_effect
+    if not (min(standard_errors_of_gain, off) >= CLEAR_ERRORS and delta_bic <= CLEAR_BIC):
         return "weak"
     return "ambiguous" if has_rivals else "strong"
 
@@ -223,7 +223,7 @@ def notes_on(
     return tuple(notes)
 
 
-def assumed_tolerances(recordings: Sequence[Recording]) -> str:
+def assumed_tolerances_note(recordings: Sequence[Recording]) -> str:
     """Note on values declared without a tolerance, a sentence without a full stop; empty for none."""
     names = {
         "a": "half-length a",

@@ -11,7 +11,7 @@ from identification.diagnosis.result import Diagnosis
 from identification.reading.checked_file_reading import read_bytes
 from symbolic import Effect, FoundModel, model_from_tables, units_of
 from symbolic.tables.found_model_from_tables import MODEL_VERSION
-from symbolic.tables.toml_and_json_parsing import MAX_MODEL_SIZE, json_of, prefix_errors
+from symbolic.tables.toml_and_json_parsing import MAX_MODEL_SIZE, parse_json, prefix_errors
 
 
 def model_text(diagnosis: Diagnosis) -> str:
@@ -51,4 +51,4 @@ def read_model(path: str | Path, effects: Iterable[Effect] = ()) -> FoundModel:
     """
     content = read_bytes(Path(path), MAX_MODEL_SIZE)
     with prefix_errors(path):
-        return model_from_tables(json_of(content), effects)
+        return model_from_tables(parse_json(content), effects)

@@ -10,7 +10,7 @@ from identification.experiments.proposed_experiment import Proposal
 from identification.fits.parameter_values import ParameterEstimate
 from identification.loop_plot import draw_loops
 from symbolic import Scope
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -71,7 +71,7 @@ class FoundEffect:
         summary: the effect in plain words.
         family: the mechanism that it is a law of; its own name where it belongs to none.
         scope: what its parameters belong to; "ground" where each ground has its own.
-        grade: how sure it is, see `grade_of`.
+        grade: how sure it is, see `effect_grade`.
         standard_errors: by how many the model found, without it, has a larger judged error; None where
             that is unknown.
         deviations: between its clearest parameter and no effect at all; None where there is none.

@@ -16,7 +16,7 @@ from identification.fits.least_squares_problem import signals_of
 from identification.fits.parameter_values import Values, complete_values, ground_of
 from identification.reading.recordings import Recording
 from symbolic import RIG_DIRECTIONS, Model, parameter_name, simulate
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 SCATTER = 0.05
 """Standard deviation of ln mu between recordings of one ground and load [1]."""

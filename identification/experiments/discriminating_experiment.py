@@ -31,7 +31,7 @@ from identification.fits.parameter_values import ground_of, replaced_rig
 from identification.reading.recordings import Recording
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from symbolic import parameter_name, simulate
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 _ROUGH, _THOROUGH = 3, 20
 """Simulations for a refit of the rival where manoeuvres are ranked, and for the best of them."""

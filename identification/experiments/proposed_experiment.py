@@ -13,7 +13,7 @@ from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import rmse_of
 from identification.reading.recordings import Recording
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 PATIENCE = 600.0
 """Longest total duration of an experiment that is proposed [s]."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from identification.reading.recordings import Recording
 from identification.reading.trimming_and_thinning import MIN_REVERSAL
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 SAMPLE_PERIOD = 0.02
 """Time between samples of a manoeuvre [s]."""

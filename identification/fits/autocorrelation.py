@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 
 def autocorrelation_time(residual: Array) -> float:

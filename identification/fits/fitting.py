@@ -26,7 +26,7 @@ from identification.fits.single_threaded_blas import one_thread
 from identification.reading.declared_sensor_range import within_declared_range
 from identification.reading.recordings import Recording
 from symbolic import Model, parameter_name
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 SAME_WEIGHT = 0.3
 """Relative change of such a weight that counts as none [1]."""

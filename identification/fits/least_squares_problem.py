@@ -21,7 +21,7 @@ from symbolic import (
     parameter_name,
     simulate,
 )
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 Simulated = tuple[Array, Mapping[OwnerAndName, Array]]
 """Torque of a recording, and its derivatives by label, each of shape (n,)."""

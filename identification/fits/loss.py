@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 
 class Loss(Protocol):

@@ -18,7 +18,7 @@ from identification.fits.options import FINE_FIT, FitOptions, OwnerAndName
 from identification.fits.parameter_values import Values, complete_values
 from identification.reading.recordings import Recording
 from symbolic import TOLERATED, InvalidInputError, Model, Rig, units_of
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 AxisPoint = tuple[list[Recording], Values]
 """Recordings and parameters with a value of the axis in them."""

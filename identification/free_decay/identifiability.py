@@ -13,7 +13,7 @@ import numpy as np
 from scipy.special import fdtrc
 
 from identification.free_decay.likelihood import Likelihood
-from identification.free_decay.noise_continuation import jackknife, maximise_likelihood
+from identification.free_decay.noise_continuation import jackknife_covariance, maximise_likelihood
 from identification.free_decay.results import ContactPatchResult, IdentifiedParameter
 from identification.free_decay.vibration_detection import (
     MIN_DEFLECTION_STEPS,
@@ -70,7 +70,7 @@ def _stiffness_of(likelihood: Likelihood, contact: ContactGeometry) -> Stiffness
     part = Likelihood([r for r in likelihood.vibrations if r.contact == contact])
     try:
         solution = maximise_likelihood(part)
-        uncertainty = jackknife(part, solution)
+        uncertainty = jackknife_covariance(part, solution)
     except np.linalg.LinAlgError:
         return None
     k, std = np.array([solution.x[0], np.sqrt(uncertainty.covariance[0, 0])]) * part.scales[0]
@@ -100,7 +100,7 @@ def describe_identifiability(
         _assumptions(vibrations, k, of_lengths),
     ]
     if agreed is False:
-        sentences.append(_disagreement(contacts, k.value))
+        sentences.append(_least_and_greatest_k(contacts, k.value))
     if lengths == 1:
         sentences.append(
             "All recordings have one contact length; several would show whether a and e are right."
@@ -154,7 +154,7 @@ def _assumptions(vibrations: Sequence[FreeVibration], k: IdentifiedParameter, of
     )
 
 
-def _disagreement(contacts: Sequence[ContactPatchResult], k: float) -> str:
+def _least_and_greatest_k(contacts: Sequence[ContactPatchResult], k: float) -> str:
     """Least and greatest k, one contact at a time."""
     stiffnesses = sorted((c.k.value, c.a) for c in contacts if c.k is not None)
     (least, short), (most, long) = stiffnesses[0], stiffnesses[-1]

@@ -34,7 +34,7 @@ from identification.free_decay.vibration_model import (
     simulate_vibration,
 )
 from symbolic import full_slide_level
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 COMMON = 2
 """k and b_t lead the shared unknowns."""

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from identification.free_decay.likelihood import Likelihood, LikelihoodEvaluation, neg_log_likelihood
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 _MAX_FACTOR, _SAME = 3.0, 0.02
 """Largest factor of the scale between stages, and the relative change at which it has converged."""
@@ -109,7 +109,7 @@ def _units(evaluation: LikelihoodEvaluation) -> Array:
     return np.asarray(1 / np.sqrt(information))
 
 
-def jackknife(likelihood: Likelihood, solution: LikelihoodMaximum) -> JackknifeCovariance:
+def jackknife_covariance(likelihood: Likelihood, solution: LikelihoodMaximum) -> JackknifeCovariance:
     """The covariance of the shared unknowns at a solution."""
     inverse = np.asarray(np.linalg.inv(solution.evaluation.hessian), dtype=np.float64)
     shared = slice(likelihood.shared)

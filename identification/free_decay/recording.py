@@ -9,10 +9,10 @@ import numpy as np
 
 from identification.reading.readers import READERS, Reader, read_table
 from identification.reading.rigfile import rig_of_table
+from identification.reading.sample_table import DECAY_COLUMNS, MIN_SAMPLES
 from identification.reading.signal_map import NO_MAP, SignalMap, parse_signals
-from identification.reading.table import DECAY_COLUMNS, MIN_SAMPLES
 from symbolic import InvalidInputError, Rig, Tyre
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

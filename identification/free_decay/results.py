@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from identification.fits.parameter_values import ParameterEstimate
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 
 @dataclass(frozen=True, kw_only=True)

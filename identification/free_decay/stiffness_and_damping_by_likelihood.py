@@ -15,7 +15,7 @@ from identification.free_decay.identifiability import (
     stiffnesses_agree,
 )
 from identification.free_decay.likelihood import COMMON, Likelihood
-from identification.free_decay.noise_continuation import jackknife, maximise_likelihood
+from identification.free_decay.noise_continuation import jackknife_covariance, maximise_likelihood
 from identification.free_decay.recording import Decay
 from identification.free_decay.results import (
     ContactPatchResult,
@@ -26,7 +26,7 @@ from identification.free_decay.results import (
 from identification.free_decay.vibration_detection import ContactGeometry, FreeVibration, find_vibration
 from identification.free_decay.vibration_model import VibrationTrajectory, rotational_stiffness
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.parameters import relative_std_by_lengths
 
 UNITS = ("N/m^2", "N m s/rad")
@@ -59,7 +59,7 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
     likelihood = Likelihood([find_vibration(decay) for decay in decays], sliding=sliding)
     try:
         solution = maximise_likelihood(likelihood)
-        uncertainty = jackknife(likelihood, solution)
+        uncertainty = jackknife_covariance(likelihood, solution)
     except np.linalg.LinAlgError:
         raise InvalidInputError(f"these recordings do not tell k and b_t at all: {_REMEDY}") from None
     values = solution.x * likelihood.scales

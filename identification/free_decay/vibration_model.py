@@ -7,8 +7,8 @@ stiffness by 4 % and raise the damping by 7 %. Sliding lowers the torque of the 
 
     M_v(psi) + K psi = k psi G(c / |psi|),     c = 3 F_N mu / (4 a^3 k),
 
-with G of `symbolic.deformation`. A decaying vibration never comes back to an earlier turning point, so
-that Masing's rule holds with the last one alone: from psi_r on, the slip torque is
+with G of `symbolic.patch_moment`. A decaying vibration never comes back to an earlier turning
+point, so that Masing's rule holds with the last one alone: from psi_r on, the slip torque is
 S = S_r + 2 (M_v + K .)((psi - psi_r) / 2). The unknown of friction is 1 / (mu F_N): 0 is a patch that
 sticks, the slip is odd in it, and nothing else of load and friction matters.
 
@@ -25,9 +25,9 @@ import casadi as ca
 import numpy as np
 
 from symbolic import Expression, compiled, full_slide_level
-from symbolic.array_alias import Array
 from symbolic.casadi_functions import BufferedCall
-from symbolic.deformation import unit_corner_moment
+from symbolic.float_array import Array
+from symbolic.patch_moment import unit_corner_moment
 
 UNKNOWNS = ("k", "b_t", "slip", "psi", "psi_dot", "centre")
 """Unknowns of a free vibration: k [N/m^2], b_t [N m s/rad], 1/(mu F_N) [1/N], then angle [rad] and
@@ -68,7 +68,7 @@ def simulate_vibration(t: Array, unknowns: Array, geometry: Array) -> VibrationT
     NaN where the wheel would not vibrate, 4 K J_A <= b_t^2. Unknowns and geometry are in the order of
     `UNKNOWNS` and of `GEOMETRY`.
     """
-    first, stretch = _functions()
+    first, stretch = _initial_and_stretch_functions()
     state, sensitivity = (matrix.full() for matrix in first(unknowns, geometry))
     theta = unknowns[[UNKNOWNS.index(name) for name in PARAMETERS]]
     # Matrices of casadi lie column by column: the transposes of these arrays, sample after sample.
@@ -95,7 +95,7 @@ def _parts(vector: Expression) -> list[Expression]:
 
 
 @cache
-def _functions() -> tuple[ca.Function, ca.Function]:
+def _initial_and_stretch_functions() -> tuple[ca.Function, ca.Function]:
     """The state at the first sample, and a stretch of samples; with derivatives by `UNKNOWNS`."""
     unknowns, geometry = ca.SX.sym("unknowns", len(UNKNOWNS)), ca.SX.sym("geometry", len(GEOMETRY))
     state = initial_vibration_state(unknowns, geometry)

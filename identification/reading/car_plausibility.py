@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from identification.reading.sample_table import Table
 from identification.reading.signal_map import SignalSource, corrected_map
-from identification.reading.table import Table
 from identification.reading.units import OF_SIZE, UNITS, unit_by_size
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.signal_plausibility_limits import MAX_RETURNED_WORK
+from symbolic.vehicle.rack_pinion_ratio import pinion_of_rack, rack_of_pinion
 from symbolic.vehicle.steering import jacking_torque, lever, mean_angle, pinion_angle, rack_force
-from symbolic.vehicle.variable_ratio import pinion_of_rack, rack_of_pinion
 from symbolic.vehicle.vehicle import Vehicle
 
 MIN_RACK_SPAN = 0.03

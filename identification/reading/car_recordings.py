@@ -24,12 +24,12 @@ from identification.reading.car_plausibility import (
 from identification.reading.channels_by_name import absent_rack_columns, map_hint, missing_channels
 from identification.reading.checked_file_reading import read_bytes
 from identification.reading.readers import READERS, read_table
+from identification.reading.sample_table import MIN_SAMPLES, Table
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.steering_rate import smoothed_rate
-from identification.reading.table import MIN_SAMPLES, Table
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
-from symbolic.tables.toml_and_json_parsing import MAX_TABLES_SIZE, prefix_errors, toml_of
+from symbolic.float_array import Array
+from symbolic.tables.toml_and_json_parsing import MAX_TABLES_SIZE, parse_toml, prefix_errors
 from symbolic.tables.vehicle_from_tables import vehicle_from_tables
 from symbolic.vehicle.mean_wheel import wheel_of_rack
 from symbolic.vehicle.rack_time_derivatives import differentiated_rack_signals
@@ -102,7 +102,7 @@ def read_vehicle(path: str | Path) -> Vehicle:
     path = Path(path)
     content = read_bytes(path, MAX_TABLES_SIZE)
     with prefix_errors(path):
-        return vehicle_from_tables(toml_of(content))
+        return vehicle_from_tables(parse_toml(content))
 
 
 def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:

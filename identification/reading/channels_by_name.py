@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
+from identification.reading.sample_table import CAR_COLUMNS, COLUMNS, possible_columns
 from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, corrected_map
-from identification.reading.table import CAR_COLUMNS, COLUMNS, possible_columns
 from identification.reading.units import factor_of, is_unit, name_without_unit, unit_at_end, unit_of_name
 from identification.reading.units_by_magnitude import infer_units_and_sign
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.tables.toml_and_json_parsing import excerpt
 
 IN_PYTHON = " (in Python by signals=, or with the rig file itself as rig)"
@@ -152,7 +152,7 @@ def map_hint(
         given = {c: source for c, source in signals.signals.items() if c not in absent}
         which = f"; say which is which{CAR_IN_PYTHON * in_python}"
         return f"{which}, such as {corrected_map(given, guesses)}"
-    channels = dict(_guesses(absent, names, signals))
+    channels = dict(_channel_guesses(absent, names, signals))
     guessed = {
         column: replace(_proposed_source(column, guess), ratio=signals.steering_ratio)
         for column, guess in channels.items()
@@ -210,7 +210,7 @@ def _proposed_source(column: str, channel: str | None) -> SignalSource:
     return SignalSource(channel=bare, unit=unit or None)
 
 
-def _guesses(
+def _channel_guesses(
     absent: Sequence[str], names: Sequence[str], signals: SignalMap
 ) -> Iterator[tuple[str, str | None]]:
     """Columns with the channels that they may be."""

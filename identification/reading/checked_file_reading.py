@@ -6,7 +6,7 @@ from pathlib import Path
 from stat import S_ISREG
 
 from symbolic import InvalidInputError
-from symbolic.tables.toml_and_json_parsing import prefix_errors, text_of
+from symbolic.tables.toml_and_json_parsing import decode_text, prefix_errors
 
 MAX_FILE_SIZE = 500_000_000
 """Largest file that is read [bytes]."""
@@ -51,4 +51,4 @@ def read_text(path: Path) -> str:
     """The content of a UTF-8 text file, without its byte order mark."""
     content = read_bytes(path)
     with prefix_errors(path):
-        return text_of(content)
+        return decode_text(content)

@@ -14,11 +14,11 @@ from identification.reading.channels_by_name import (
     resolve_columns,
 )
 from identification.reading.map_for_recording import map_for_recording, unit_by_name
+from identification.reading.sample_table import MAX_SAMPLES, Table
 from identification.reading.signal_map import ANGLES, SignalMap, SignalSource
-from identification.reading.table import MAX_SAMPLES, Table
 from identification.reading.units import is_unit, name_without_unit, unit_of_name
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.tables.toml_and_json_parsing import prefix_errors
 
 _FASTER = 1.5
@@ -137,11 +137,11 @@ def _on_one_clock(path: Path, columns: Mapping[str, ChannelSamples]) -> dict[str
     table = {"t": clock - clock[0]}
     for column, samples in columns.items():
         nearest = column in _TORQUES and clock is not clocks[column]
-        table[column] = _at(clock, clocks[column], samples.values, nearest=nearest)
+        table[column] = _channel_at(clock, clocks[column], samples.values, nearest=nearest)
     return table
 
 
-def _at(clock: Array, times: Array, values: Array, *, nearest: bool) -> Array:
+def _channel_at(clock: Array, times: Array, values: Array, *, nearest: bool) -> Array:
     """A channel at other times; NaN in its gaps and, for a torque, where it was not sampled."""
     after = np.clip(np.searchsorted(times, clock), 1, times.size - 1)
     if nearest and clock.size > times.size:

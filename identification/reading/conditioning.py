@@ -18,7 +18,7 @@ import numpy as np
 from identification.reading.recordings import Recording
 from identification.reading.steering_rate import smoothed_rate
 from symbolic import InvalidInputError, Rig, Tyre
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.tables.toml_and_json_parsing import prefix_errors
 
 CHANNELS = ("psi", "M_z", "F_N")

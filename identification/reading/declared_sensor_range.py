@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.reading.recordings import Recording
-from symbolic.array_alias import Array
-from symbolic.deformation import full_slide_arm
+from symbolic.float_array import Array
+from symbolic.patch_moment import full_slide_arm
 
 
 def within_declared_range(recording: Recording) -> Recording:
@@ -20,7 +20,7 @@ def within_declared_range(recording: Recording) -> Recording:
     return replace(recording, **used) if used else recording  # type: ignore[arg-type]
 
 
-def samples_beyond_range(recording: Recording) -> tuple[int, int]:
+def counts_beyond_range(recording: Recording) -> tuple[int, int]:
     """How many aligning, or else steering torques are beyond their sensor's range, and of how many."""
     torque = recording.recorded_torque
     return int(_beyond(recording, torque).sum()), int(np.isfinite(torque).sum())
@@ -28,13 +28,13 @@ def samples_beyond_range(recording: Recording) -> tuple[int, int]:
 
 def share_beyond_range(recording: Recording) -> float:
     """Share of its torques that are beyond the range of their sensor [1]."""
-    beyond, known = samples_beyond_range(recording)
+    beyond, known = counts_beyond_range(recording)
     return beyond / max(known, 1)
 
 
 def left_out_note(recordings: Sequence[Recording]) -> str:
     """In how many samples that is so, in words; empty for none."""
-    counts = {one.name: samples_beyond_range(one) for one in recordings}
+    counts = {one.name: counts_beyond_range(one) for one in recordings}
     told = [f"{name} {count} of {size} samples" for name, (count, size) in counts.items() if count]
     return f"torque at its sensor's range, left out: {', '.join(told)}" if told else ""
 

@@ -20,8 +20,8 @@ from identification.reading.formats.optional_libraries import read_format
 from identification.reading.formats.parquet import open_parquet
 from identification.reading.formats.ros import open_ros
 from identification.reading.formats.tdms import open_tdms
+from identification.reading.sample_table import Table, require_valid_samples
 from identification.reading.signal_map import NO_MAP, SignalMap
-from identification.reading.table import Table, require_valid_samples
 from symbolic import InvalidInputError
 
 CAN_LOGS = (".blf", ".asc", ".log")

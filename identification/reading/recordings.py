@@ -15,12 +15,17 @@ from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.readers import READERS, Reader, read_table
 from identification.reading.rigfile import rig_and_signals, rig_of_table
+from identification.reading.sample_table import (
+    MIN_SAMPLES,
+    Table,
+    require_valid_samples,
+    required_columns,
+)
 from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, parse_signals
 from identification.reading.steering_rate import require_rate_of_angle, smoothed_rate
-from identification.reading.table import MIN_SAMPLES, Table, require_valid_samples, required_columns
 from identification.reading.units import unit_of_name
 from symbolic import InvalidInputError, Rig, Tyre
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.tables.notebook_html import html_table
 from symbolic.vehicle.mean_wheel import rig_of
 from symbolic.vehicle.vehicle import Vehicle

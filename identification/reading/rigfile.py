@@ -5,6 +5,7 @@ from math import inf
 from pathlib import Path
 
 from identification.reading.checked_file_reading import read_bytes
+from identification.reading.sample_table import Table
 from identification.reading.signal_map import (
     DBC,
     SignalMap,
@@ -14,16 +15,15 @@ from identification.reading.signal_map import (
     toml_entry,
     toml_value,
 )
-from identification.reading.table import Table
 from symbolic import TOLERATED, InvalidInputError, Rig, Tyre, rig_from_tables
 from symbolic.tables.rig_from_tables import NEUTRAL, REQUIRED_KEYS, RIG_KEYS, SIGNALS, rig_and_tyre
 from symbolic.tables.toml_and_json_parsing import (
     MAX_TABLES_SIZE,
     excerpt,
     floats,
+    parse_toml,
     prefix_errors,
     quoted_value,
-    toml_of,
 )
 
 DECLARABLE = (*RIG_KEYS["rig"], *RIG_KEYS["tyre"])
@@ -43,7 +43,7 @@ def read_rig(path: str | Path) -> tuple[Rig, Tyre]:
     path = Path(path)
     content = read_bytes(path, MAX_TABLES_SIZE)
     with prefix_errors(path):
-        return rig_from_tables(toml_of(content))
+        return rig_from_tables(parse_toml(content))
 
 
 def rig_and_signals(
@@ -110,7 +110,7 @@ def read_signals(path: str | Path) -> SignalMap:
     path = Path(path)
     content = read_bytes(path, MAX_TABLES_SIZE)
     with prefix_errors(path):
-        given = toml_of(content).get(SIGNALS, {})
+        given = parse_toml(content).get(SIGNALS, {})
         with prefix_errors(f"[{SIGNALS}]"):
             sections = given if isinstance(given, list) and given else [given]
             maps = [_section(section, path.parent) for section in sections]

@@ -20,8 +20,8 @@ from math import comb, exp, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.table import MIN_SAMPLES
-from symbolic.array_alias import Array
+from identification.reading.sample_table import MIN_SAMPLES
+from symbolic.float_array import Array
 
 ORDER = 4
 """Of the differences; a higher one does as well."""
@@ -86,12 +86,12 @@ def sensor_saturation(torque: Array, psi: Array, F_N: Array) -> SensorSaturation
     great, small = (np.isfinite(rough) & place for place in (size > GREAT * most, size < SMALL * most))
     if not (great.any() and small.any()):
         return None
-    noise, at_top = _noise(rough[small]), _noise(rough[great])
+    noise, at_top = _noise_std(rough[small]), _noise_std(rough[great])
     changes = np.abs(np.diff(torque))
     least = float(changes[changes > 0].min(initial=np.inf))
-    by_angle = _correlation(_differences(psi)[small], rough[small]) ** 2
+    by_angle = _noise_correlation(_differences(psi)[small], rough[small]) ** 2
     pairs = small[1:] & small[:-1]
-    is_noise = noise > STEPS * least and _correlation(rough[:-1][pairs], rough[1:][pairs]) < WHITE
+    is_noise = noise > STEPS * least and _noise_correlation(rough[:-1][pairs], rough[1:][pairs]) < WHITE
     if not is_noise or by_angle > BY_ANGLE:
         return None
     doubt = MAD_SPREAD * sqrt(1 / np.count_nonzero(great) + 1 / np.count_nonzero(small))
@@ -112,7 +112,7 @@ def _stays(size: Array, load: Array, noise: float, most: float) -> SensorSaturat
         return None
     level, weight = (np.array([of[block].mean() for block in blocks]) for of in (size, load))
     off, follows = weight - weight.mean(), float(level.mean() / weight.mean())
-    of_load = _noise(_differences(load)) / sqrt(BLOCK)
+    of_load = _noise_std(_differences(load)) / sqrt(BLOCK)
     # Less the noise of the load, which would make the slope of least squares the smaller.
     power = float(off @ off) - (len(off) + CLEAR * sqrt(2 * len(off))) * of_load**2
     change = sqrt(12 * max(power, 0.0) / len(off)) / weight.mean()
@@ -145,11 +145,11 @@ def _differences(values: Array) -> Array:
     return rough
 
 
-def _correlation(one: Array, other: Array) -> float:
+def _noise_correlation(one: Array, other: Array) -> float:
     """Correlation of two noises [1], whose square is the share of power that one explains; 0 of none."""
     return float(one @ other) / max(sqrt(float(one @ one) * float(other @ other)), 1e-300)
 
 
-def _noise(rough: Array) -> float:
+def _noise_std(rough: Array) -> float:
     """Standard deviation of noise by the median; NaN counts for nothing."""
     return float(np.nanmedian(np.abs(rough))) / 0.6745

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.reading.sample_table import Table
 from identification.reading.signal_map import corrected_map
-from identification.reading.table import Table
 from identification.reading.units import UNITS, require_factor
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.signal_plausibility_limits import MIN_SIGN_TRAVEL
 
 SMOOTHING_TIME = 0.11

@@ -18,7 +18,7 @@ import numpy as np
 from identification.reading.car_recordings import Standstills
 from identification.reading.recordings import Recording
 from identification.reading.trimming_and_thinning import recording_at_samples
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.parameters import EVEN
 from symbolic.vehicle.contact_about_kingpin import growth_to_full_lock
 from symbolic.vehicle.mean_wheel import lever_growth_at_lock, rig_of

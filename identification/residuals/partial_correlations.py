@@ -29,7 +29,7 @@ from identification.residuals.residual_signals import (
     reading_of,
 )
 from symbolic import EFFECTS, Effect
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 MAX_LAG = 2.0
 """Longest lag of the autocorrelation that is kept [s]."""

@@ -11,7 +11,7 @@ from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss, influence, rmse_of
 from identification.reading.recordings import Recording
 from identification.residuals.partial_correlations import MIN_STRUCTURE_SHARE, Signatures
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 MAX_NOISE_RATIO = 1.15
 """Largest rms of residuals that counts as noise, over the noise of the torque channel [1]."""

@@ -225,18 +225,18 @@ def delta_bic(richer: Fit, poorer: Fit, recordings: Sequence[Recording]) -> floa
 
     n ln(loss) + p ln(n) with n the effective number of samples of the richer model's residuals, as
     samples 10 ms apart are far from independent. What was declared with a tolerance counts by the
-    degrees of freedom that the data decide, see `effective_parameters`, and its squared distance from
-    the declared value in standard deviations is added. Negative speaks for the richer model.
+    degrees of freedom that the data decide, see `effective_parameter_count`, and its squared distance
+    from the declared value in standard deviations is added. Negative speaks for the richer model.
     """
     shares = shares_of_torque_range(richer.residuals, recordings)
     n = effective_samples({name: influence(richer.loss, share) for name, share in shares.items()})
     gain = np.log(richer.cost(recordings) / poorer.cost(recordings))
-    parameters = effective_parameters(richer) - effective_parameters(poorer)
+    parameters = effective_parameter_count(richer) - effective_parameter_count(poorer)
     distance = float(np.sum(richer.prior_steps**2) - np.sum(poorer.prior_steps**2))
     return float(n * gain + distance + parameters * np.log(n))
 
 
-def effective_parameters(fitted: Fit) -> float:
+def effective_parameter_count(fitted: Fit) -> float:
     """Number of parameters; one declared with a tolerance counts by the share that the data decide.
 
     The trace of J'J (J'J + W)^-1, W the weights of what was declared: MacKay, Bayesian interpolation,

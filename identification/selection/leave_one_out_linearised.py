@@ -12,7 +12,7 @@ from identification.fits.parameter_values import ground_of
 from identification.fits.single_threaded_blas import one_thread
 from identification.reading.recordings import Recording
 from symbolic import parameter_name
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 Mask = NDArray[np.bool_]
 

@@ -13,7 +13,7 @@ from identification.selection.criteria import (
 )
 from identification.selection.search_step import SearchStep, rank_for_confirmation
 from identification.selection.trial import Trial
-from identification.selection.trial_runner import Effects, TrialRunner, values_for
+from identification.selection.trial_runner import Effects, TrialRunner, start_values
 
 DEMANDED, FIRSTS = -6.0, 2
 """Change of the information criterion that is strong evidence (Kass and Raftery, JASA 90 (1995) 773);
@@ -70,8 +70,8 @@ def steps_to_pair(
             continue
         *present, one, other = pair.effects
         first, second = (*present, one), (*present, other)
-        alone_first = runner.run_fine(first, values_for(both, first))
-        alone_second = runner.run_fine(second, values_for(both, second))
+        alone_first = runner.run_fine(first, start_values(both, first))
+        alone_second = runner.run_fine(second, start_values(both, second))
         turned = runner.run_fine((*second, one), both.values)
         step = replace(single_step, trials=tuple(pair_trials))
         return [

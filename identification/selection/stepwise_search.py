@@ -36,7 +36,7 @@ from identification.selection.search_step import (
     without_effect,
 )
 from identification.selection.trial import RANKING, ROUGH, Precision, Trial, with_prior_weight
-from identification.selection.trial_runner import Effects, TrialRunner, job_count, values_for, workers
+from identification.selection.trial_runner import Effects, TrialRunner, job_count, start_values, workers
 from symbolic import CANDIDATES, Effect, effects_named
 
 Progress = Callable[[str, int, int], None]
@@ -200,7 +200,7 @@ class Search:
         found = self._replaced(present, trials, exchange_justified)
         if found is None or found.after is None:
             return None
-        after = self.runner.run_fine(effects, values_for(found.after, effects))
+        after = self.runner.run_fine(effects, start_values(found.after, effects))
         return replace(found, after=after)
 
     def _replaced(
@@ -249,7 +249,7 @@ def without_each(steps: Sequence[SearchStep], runner: TrialRunner) -> dict[Effec
     # Bristles as in the final model: quicker, and their error does not count as an effect's.
     precision = Precision(discretised=not exact)
     return {
-        effect: known.get(frozenset(rest)) or runner.run_fine(rest, values_for(final, rest), precision)
+        effect: known.get(frozenset(rest)) or runner.run_fine(rest, start_values(final, rest), precision)
         for effect, rest in rests.items()
     }
 

@@ -14,7 +14,7 @@ from identification.reading.recordings import Recording
 from identification.reading.trimming_and_thinning import recording_at_samples
 from identification.selection.leave_one_out_linearised import leave_one_out
 from symbolic import SEARCH_STEPS, Effect, Model
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 CORNERS = 16
 """Zone corners kept in identification; beyond this depth they carry less than 1e-6 of the torque."""

@@ -85,7 +85,7 @@ class TrialRunner:
         """Coarse trials of these sets of effects from another's values, least judged error first."""
         # The heaviest first, so that no core waits for one of them at the end.
         ordered = sorted(sets, key=lambda effects: -model_of(effects, precision).memory_size)
-        starts = [(effects, values_for(present, effects)) for effects in ordered]
+        starts = [(effects, start_values(present, effects)) for effects in ordered]
         return sorted(self.run_all(starts, precision, report), key=lambda trial: trial.nrmse)
 
     def run_all(
@@ -125,7 +125,7 @@ class TrialRunner:
         return trial
 
 
-def values_for(present: Trial, effects: Sequence[Effect]) -> Values:
+def start_values(present: Trial, effects: Sequence[Effect]) -> Values:
     """The values of a trial without those of effects that are not in the set.
 
     Where an effect that gives lengths another meaning comes in or goes, the rig's are the declared ones:
@@ -177,7 +177,7 @@ def workers(
     """Processes to which work can be submitted; with one job it runs in this process, at once.
 
     An interruption ends the processes at once; unfinished trials are lost. An executor that is given
-    is left open, and what it has not begun is cancelled at the end unless it is of `processes`.
+    is left open, and what it has not begun is cancelled at the end unless it is of `worker_pool`.
 
     Raises:
         InvalidInputError: jobs are given beside an executor, or another process cannot import the
@@ -190,14 +190,14 @@ def workers(
         with _lent(executor) as submit:
             yield submit
         return
-    with nullcontext(executor) if executor else processes(jobs) as pool:
+    with nullcontext(executor) if executor else worker_pool(jobs) as pool:
         for effect in effects if pool else ():
             _check_importable(effect)
         yield submit_of(pool)
 
 
 @contextmanager
-def processes(jobs: int | None, start: int = 0) -> Iterator[WorkerProcesses | None]:
+def worker_pool(jobs: int | None, start: int = 0) -> Iterator[WorkerProcesses | None]:
     """So many processes, None for one per core; with one job none, the work stays in this process.
 
     `start` of them begin at once, the others when there is work for them.

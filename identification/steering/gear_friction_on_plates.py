@@ -21,7 +21,7 @@ from identification.reading.car_plausibility import MOVING, require_unclipped
 from identification.reading.car_recordings import RackRecording
 from identification.reading.steering_rate import smoothed_rate
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.parameters import EVEN
 from symbolic.vehicle.contact_about_kingpin import Contact
 from symbolic.vehicle.steering import jacking_torque, lever, mean_angle

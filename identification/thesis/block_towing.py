@@ -14,7 +14,7 @@ from scipy.special import stdtrit
 
 from identification.fits.parameter_values import ParameterEstimate
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 MIN_TOWS = 4
 """Two parameters, and two more tows for their deviation."""
@@ -75,7 +75,7 @@ def friction_by_towing(tows: Sequence[Tow]) -> TowedFriction:
     """
     if len(tows) < MIN_TOWS:
         raise InvalidInputError(f"towing needs at least {MIN_TOWS} tows, got {len(tows)}")
-    N, F = np.array([_means(tow, place) for place, tow in enumerate(tows, start=1)]).T
+    N, F = np.array([_mean_forces(tow, place) for place, tow in enumerate(tows, start=1)]).T
     if np.std(N) < MIN_LOAD_VARIATION * np.mean(N):
         raise InvalidInputError(
             f"the tows' loads must differ, got {np.min(N):.4g} N to {np.max(N):.4g} N"
@@ -93,7 +93,7 @@ def friction_by_towing(tows: Sequence[Tow]) -> TowedFriction:
     )
 
 
-def _means(tow: Tow, place: int) -> tuple[float, float]:
+def _mean_forces(tow: Tow, place: int) -> tuple[float, float]:
     """Normal force and friction force of a tow [N]."""
     channels = [np.asarray(channel, dtype=np.float64) for channel in (tow.F_x, tow.F_y, tow.F_z)]
     if len({channel.shape for channel in channels}) > 1 or channels[0].ndim != 1 or not channels[0].size:

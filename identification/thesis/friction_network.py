@@ -18,7 +18,7 @@ import numpy as np
 
 from identification.reading.recordings import Recording
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 Inputs = Callable[[Recording], Array]
 """Inputs of a network over a recording, a row for each sample: shape (n, inputs), finite."""

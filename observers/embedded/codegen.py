@@ -43,7 +43,7 @@ from observers.quality.wrong_units_or_signs import START, build_implausibility_e
 from observers.tuning import Tuning
 from symbolic import SIGNALS, InvalidInputError
 from symbolic.compilation.scalar_c import c_function
-from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_direction_deficit
+from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_share_below_mean
 from symbolic.tables.found_model import units_of
 from symbolic.version import version
 
@@ -156,7 +156,7 @@ def _weaker_direction(observer: FunctionObserver, real: Real, tunable: Tunable) 
     """What the weaker direction holds less: a number, or the parameter that tells it, or neither."""
     ratio = ASYMMETRY_RATIO.replace(".", "_") * (tunable == "all" and ASYMMETRY_RATIO in observer.values)
     single = OTHER not in getattr(getattr(observer, "measurement_model", None), "states", ())
-    share = real.literal(weaker_direction_deficit(observer.values)) if single and not ratio else ""
+    share = real.literal(weaker_share_below_mean(observer.values)) if single and not ratio else ""
     return {"weaker": share, "ratio": ratio * single}
 
 

@@ -10,8 +10,8 @@ from typing import Any
 from observers.embedded.estimators.filter import compact_filter
 from observers.embedded.estimators.sample_functions import EstimatorCode, clean_and_patch_signals
 from observers.embedded.estimators.supervision import (
+    acquisition_functions,
     rolled_verdict,
-    supervision_functions,
     with_supervision,
 )
 from observers.embedded.estimators.window import compact_window
@@ -90,7 +90,7 @@ def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> ObserverBody:
         "slides": patch.torque_model.slides, **estimator.terms,
     }  # fmt: skip
     functions = [*clean_and_patch_signals(observer), *estimator.functions]
-    functions += supervision_functions(observer, constants)
+    functions += acquisition_functions(observer, constants)
     names = {**_names(observer), **estimator.element_names}
     texts = [estimator_c(function, real, names) for function in functions]
     if observer.acquire:

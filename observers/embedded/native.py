@@ -15,9 +15,9 @@ from observers.estimates import Estimates
 from observers.interfaces.run import as_estimates
 from observers.protocol import ESTIMATE, FunctionObserver
 from symbolic import InvalidInputError, compiler
-from symbolic.array_alias import Array
 from symbolic.compilation.operating_system import LIBRARY_SUFFIX
 from symbolic.compilation.toolchain import compiler_command, run_compiler
+from symbolic.float_array import Array
 
 COMPILER_FLAGS = ("-std=c99", "-O2", "-fno-math-errno", "-fPIC", "-shared", "-I.")
 """The flags of a target: no instructions of one processor."""

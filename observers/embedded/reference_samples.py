@@ -6,10 +6,10 @@ import numpy as np
 
 from observers.embedded.generated_files import mark
 from observers.embedded.scalar_type import Real
-from observers.interfaces.loop import Loop
+from observers.interfaces.control_loop import Loop
 from observers.protocol import ESTIMATE, FunctionObserver, Sample
 from symbolic import simulate
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 INPUTS = ("psi", "psi_dot", "M_z", "M", "F_N", "dt")
 COUNT, SAMPLE_PERIOD, SEED = 400, 0.01, 20
@@ -29,7 +29,7 @@ def reference_csv(observer: FunctionObserver, real: Real) -> str:
     columns = [*(samples[INPUTS.index(name)] for name in inputs), *expected]
     comment = COMMENT.format(mu=simulated_friction(observer), seed=SEED).splitlines()
     lines = [f"# {mark()}", *(f"# {line}" for line in comment), ",".join((*inputs, *ESTIMATE))]
-    lines += [",".join(_number(v, real) for v in row) for row in zip(*columns, strict=True)]
+    lines += [",".join(_number_text(v, real) for v in row) for row in zip(*columns, strict=True)]
     return "\n".join(lines) + "\n"
 
 
@@ -62,7 +62,7 @@ def simulated_friction(observer: FunctionObserver) -> float:
     return 1.2 * observer.prior.mu
 
 
-def _number(value: float, real: Real) -> str:
+def _number_text(value: float, real: Real) -> str:
     if isfinite(value) and value == int(value):
         return str(int(value))
     return f"{value:.{real.digits}g}"

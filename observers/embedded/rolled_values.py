@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from symbolic import BrushgripError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 REDUCTIONS = {ca.OP_DOT: "0.0", ca.OP_MMAX: "-({real})INFINITY"}
 """Operations that make a scalar of vectors, and what they begin with."""

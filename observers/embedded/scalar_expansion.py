@@ -193,7 +193,7 @@ def without_outputs(function: ca.Function, names: Collection[str]) -> ca.Functio
 def estimator_c(function: ca.Function, real: Real, names: Mapping[str, Sequence[str]]) -> str:
     """C of a Function of scalars of an estimator; comment and functions as of `with_description`."""
     outputs = [function.name_out(i) for i in range(function.n_out())]
-    elements = {name: names[_vector(name)] for name in outputs if _vector(name) in names}
+    elements = {name: names[_vector_name(name)] for name in outputs if _vector_name(name) in names}
     comments = Comments(elements=elements)
     if function.name() == "filter":
         between = {**BETWEEN, **elements}
@@ -211,7 +211,7 @@ def with_description(
     """
     sizes = {function.name_in(i): function.numel_in(i) for i in range(function.n_in())}
     sizes |= {function.name_out(i): function.numel_out(i) for i in range(function.n_out())}
-    vectors = {_vector(name): size for name, size in sizes.items()}
+    vectors = {_vector_name(name): size for name, size in sizes.items()}
     known = [name for name, size in vectors.items() if name in names and len(names[name]) == size]
     legend = "; ".join(f"{vector}: {', '.join(names[vector])}" for vector in known)
     about = [ABOUT.get(name, ""), f"Elements of {legend}." if legend else ""]
@@ -219,7 +219,7 @@ def with_description(
     return comment + re.sub(r"\b(?:natural_)?(log|exp)\(", r"any_\1(", text)
 
 
-def _vector(name: str) -> str:
+def _vector_name(name: str) -> str:
     """The vector that an output is the next of, the first of, or predicts."""
     return name.removesuffix("_next").removeprefix("first_").removeprefix("predicted_")
 

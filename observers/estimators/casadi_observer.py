@@ -28,8 +28,8 @@ from observers.quality.sample_screening import (
 from observers.quality.wrong_units_or_signs import EVIDENCE, START
 from observers.tuning import INFORMED, Tuning
 from symbolic import DECLARED, GEOMETRY, InvalidInputError, Model, Rig
-from symbolic.array_alias import Array
-from symbolic.effects.asymmetric_friction import weaker_direction_deficit
+from symbolic.effects.asymmetric_friction import weaker_share_below_mean
+from symbolic.float_array import Array
 from symbolic.tables.found_model import units_of
 
 _AT_REST = Sample(psi=0.0, psi_dot=0.0, F_N=1000.0, dt=0.01, M_z=0.0, M=0.0)
@@ -98,7 +98,7 @@ class CasadiObserver:
 
         By an `asymmetric_friction` of the model; effects of the user's own do not count.
         """
-        return weaker_direction_deficit(self.values)
+        return weaker_share_below_mean(self.values)
 
     @property
     def sample_limits(self) -> tuple[float, ...]:

@@ -57,7 +57,7 @@ class Ekf(ModelObserver):
     `memory_sensitivity` (m, t) and the tyre's parameters `linearisation_point` (t,) that it holds for;
     `x` (n,) in the order of `states` and `factor` (n, n) of its covariance, see `covariance_of`; `last`,
     the last sample; `M_z` and `slopes`; `counts`, streak and changes of the ground; `monitor`, see
-    `observers.quality.innovation_monitor`; `output`.
+    `observers.quality.innovation_alarms`; `output`.
     """
 
     iterations: int = 1

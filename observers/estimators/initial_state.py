@@ -42,7 +42,7 @@ def build_initial_state(
     states = measurement_model.states
     mean, variance = (ca.vertcat(*(prior[name][i] for name in states)) for i in range(2))
     point = [tuning[POINT[name]] if name in POINT else 1 for name in tyre_states(measurement_model)]
-    last, P = _at_rest(CLEAN, first), ca.diag(variance)
+    last, P = _values_at_rest(CLEAN, first), ca.diag(variance)
     factor = P
     if OTHER in states:
         # The other direction has the friction of this one and a difference: U D U' of both.
@@ -58,7 +58,7 @@ def build_initial_state(
         "factor": factor,
         "last": last,
         "output": output_vector(mu=tuning["mu"], mu_std=tuning["mu_std"]),
-        "patch_signals": _at_rest(SIGNALS, first),
+        "patch_signals": _values_at_rest(SIGNALS, first),
         "angle_slope": ca.vertcat(first["psi"], 0),
         "mean": mean,
         "P_newest": P,
@@ -73,7 +73,7 @@ def build_initial_state(
     return named_function("start", inputs, {"state": layout.fill(parts)})
 
 
-def _at_rest(names: tuple[str, ...], first: dict[str, ca.MX]) -> ca.MX:
+def _values_at_rest(names: tuple[str, ...], first: dict[str, ca.MX]) -> ca.MX:
     """The angle and the load of the first sample, 0 for everything else."""
     given = {"psi": first["psi"], "F_N": first["F_N"], "F_N_first": first["F_N"]}
     return ca.vertcat(*(given.get(name, 0) for name in names))

@@ -20,10 +20,10 @@ from observers.quality.equivalent_patch import equivalent_patch
 from observers.quality.tuning_from_tolerances import tuning_with_tolerances
 from observers.tuning import PLAUSIBLE, TUNING_FIELDS, Tuning, require_whole
 from symbolic import InvalidInputError, Model, Rig
-from symbolic.array_alias import Array
 from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO
 from symbolic.effects.base import parameter_name
 from symbolic.elements_in_series import deflection_of
+from symbolic.float_array import Array
 
 RIG_UNITS = ("m", "m", "kg m^2", "N m s/rad", "rad/s", "N m", "N m", "N m")
 

@@ -13,8 +13,8 @@ from observers.measurement.torque_error import share_of_full_slide
 from observers.patch.effective_friction import build_effective_friction, output_vector
 from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_theta_rig_tuning
 from observers.protocol import SAMPLE, Status
+from observers.quality.innovation_alarms import log_mu_variance_between_grounds
 from observers.quality.innovation_gate import build_innovation_test
-from observers.quality.innovation_monitor import log_mu_variance_between_grounds
 from observers.tuning import TUNING_FIELDS
 from symbolic import GEOMETRY, full_slide_torque
 

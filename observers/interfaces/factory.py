@@ -21,7 +21,7 @@ from symbolic import (
     rig_from_tables,
     vehicle_from_tables,
 )
-from symbolic.tables.toml_and_json_parsing import MAX_MODEL_SIZE, json_of, prefix_errors, toml_of
+from symbolic.tables.toml_and_json_parsing import MAX_MODEL_SIZE, parse_json, parse_toml, prefix_errors
 
 MODEL_FILE = "model.json"
 """Name of the model file in the folder of a diagnosis."""
@@ -94,7 +94,7 @@ def aligning_torque_for(found: FoundModel | None) -> AligningTorque:
 def read_rig_file(path: str | Path) -> tuple[Rig, Tyre]:
     """Rig and tyre of a rig file, see `symbolic.rig_from_tables`; errors as of `from_files`."""
     with prefix_errors(path):
-        return rig_from_tables(toml_of(_content(path)))
+        return rig_from_tables(parse_toml(_content(path)))
 
 
 def read_model_file(path: str | Path, effects: Iterable[Effect] = ()) -> FoundModel:
@@ -104,7 +104,7 @@ def read_model_file(path: str | Path, effects: Iterable[Effect] = ()) -> FoundMo
     """
     path = model_file_in(Path(path))
     with prefix_errors(path):
-        return model_from_tables(json_of(_content(path)), effects)
+        return model_from_tables(parse_json(_content(path)), effects)
 
 
 def model_file_in(path: Path) -> Path:
@@ -126,7 +126,7 @@ def model_file_in(path: Path) -> Path:
 def read_vehicle_file(path: str | Path) -> Vehicle:
     """The vehicle of a vehicle file, see `symbolic.vehicle_from_tables`; errors as of `from_files`."""
     with prefix_errors(path):
-        return vehicle_from_tables(toml_of(_content(path)))
+        return vehicle_from_tables(parse_toml(_content(path)))
 
 
 def _content(path: str | Path) -> bytes:

@@ -54,7 +54,7 @@ class FilterpyEkf(ExtendedKalmanFilter):  # type: ignore[misc]
         self.x = np.array([[math.log(self.tuning.mu)]])
         self.P = np.array([[self.tuning.log_std**2]])
         self._rig = rig
-        self._initial, self._advance, self._torque = _functions(model, values, rig)
+        self._initial, self._advance, self._torque = _patch_functions(model, values, rig)
         self._memory: ca.DM | None = None
 
     @property
@@ -94,7 +94,7 @@ class FilterpyEkf(ExtendedKalmanFilter):  # type: ignore[misc]
         return self.mu
 
 
-def _functions(
+def _patch_functions(
     model: Model, values: Mapping[str, float], rig: Rig
 ) -> tuple[ca.Function, ca.Function, ca.Function]:
     """Memory before the first signals, after a sample, and torque with its derivative by ln mu."""

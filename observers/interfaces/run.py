@@ -11,7 +11,7 @@ from observers.measurement.measurement_model import MIN_FIRST_LOAD
 from observers.protocol import ESTIMATE, BatchObserver, Observer, Sample, Status
 from observers.quality.sample_screening import beyond_limits, plausible_angles, sample_limits_of
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 
 def run(
@@ -69,7 +69,7 @@ def samples_and_start(
     optional = (("M_z", M_z), ("psi_dot", psi_dot), ("M", M))
     M_z, psi_dot, M = (None if c is None else _numbers(n, c) for n, c in optional)
     F_N = np.full(t.shape, F_N) if F_N.ndim == 0 else F_N
-    _check(t, {"psi": psi, "F_N": F_N, "M_z": M_z, "psi_dot": psi_dot, "M": M})
+    _require_shape_of_t(t, {"psi": psi, "F_N": F_N, "M_z": M_z, "psi_dot": psi_dot, "M": M})
     torque = M if observer.channel == "M" else M_z
     if torque is None or not np.isfinite(torque).any():
         needed = "M, the steering torque" if observer.channel == "M" else "M_z, the aligning torque"
@@ -116,7 +116,7 @@ def _numbers(name: str, channel: Array) -> Array:
         raise InvalidInputError(f"{name} must hold numbers, NaN where one is missing") from None
 
 
-def _check(t: Array, channels: Mapping[str, Array | None]) -> None:
+def _require_shape_of_t(t: Array, channels: Mapping[str, Array | None]) -> None:
     for name, array in channels.items():
         if array is not None and (array.shape != t.shape or t.ndim != 1 or t.size < 2):
             raise InvalidInputError(

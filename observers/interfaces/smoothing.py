@@ -26,7 +26,7 @@ from observers.measurement.measurement_model import RIG
 from observers.protocol import UNINFORMED, Status
 from observers.udu import covariance_of
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 DIFFERS = 2.0
 """Deviations of the filter beyond which what is smoothed contradicts it, and is not usable [1]."""

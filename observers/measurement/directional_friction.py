@@ -22,7 +22,7 @@ from observers.layout import Expression, Parts
 from observers.measurement.measurement_model import AligningTorque, Moments
 from observers.measurement.torque_error import JITTER, is_known
 from observers.tuning import REFERENCE_STEP
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 OTHER = "log_mu_other"
 """The state of the direction that does not load the patch."""

@@ -20,7 +20,7 @@ from observers.layout import Expression, Parts, named
 from observers.measurement.torque_error import (
     NOISE,
     SENSOR,
-    huber_scale,
+    huber_scale_squared,
     independent_share,
     is_known,
     model_error_variance,
@@ -290,6 +290,6 @@ class AligningTorque:
             expected=expected,
             measured=now["M_z"],
             precision=dt * independent / (variance * slide_torque**2),
-            huber_scale=huber_scale(x, tuning, noise) * slide_torque**2 + unsure**2,
+            huber_scale=huber_scale_squared(x, tuning, noise) * slide_torque**2 + unsure**2,
             independent=independent,
         )

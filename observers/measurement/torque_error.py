@@ -82,7 +82,7 @@ def model_error_std(x: Parts, tuning: Parts) -> Expression:
     return finite * ca.exp(x["log_mu"])
 
 
-def huber_scale(x: Parts, tuning: Parts, noise: Expression) -> Expression:
+def huber_scale_squared(x: Parts, tuning: Parts, noise: Expression) -> Expression:
     """Square of the error up to which Huber's loss is quadratic, in full slides at mu = 1 [1]."""
     stated = tuning["error"] < SENSIBLE
     return ca.if_else(stated, model_error_std(x, tuning) ** 2 + noise, ca.inf)

@@ -28,7 +28,7 @@ from observers.protocol import OUTPUT, SAMPLE, Sample
 from observers.quality.acquisition import OWN
 from observers.quality.tuning_from_tolerances import friction_floor
 from symbolic import full_slide_torque
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 SAMPLES_PER_CALL = 25
 """Samples of one compiled call; between two calls a forecast may end."""

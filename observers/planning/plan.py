@@ -40,7 +40,7 @@ from observers.planning.steering_path import (
 from observers.planning.uncertainty_budget import largest_part
 from observers.protocol import Status
 from observers.tuning import NO_LIMIT
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 Objective = Literal["travel", "time", "angle"]
 Over = Literal["worst", "mean"]

@@ -18,7 +18,7 @@ import numpy as np
 
 from observers.estimators.ekf import Ekf
 from observers.estimators.model_observer import ModelObserver
-from observers.interfaces.loop import Loop
+from observers.interfaces.control_loop import Loop
 from observers.layout import ObserverState
 from observers.planning.advice import Advice
 from observers.planning.forecast import ForecastCase, Forecaster

@@ -12,7 +12,7 @@ from observers.planning.steering_path import SteeringPath
 from observers.protocol import OUTPUT, SAMPLE
 from observers.quality.acquisition import OWN
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.trajectory_sensitivity import SAMPLES_PER_CALL
 
 SLOPE = "slope of the torque that k does not explain"

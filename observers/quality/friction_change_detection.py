@@ -22,7 +22,7 @@ from observers.layout import Expression, Parts, named
 from observers.measurement.directional_friction import EXCHANGED, OTHER
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.measurement.torque_error import SENSIBLE, forgetting_factor
-from observers.quality.innovation_monitor import FORGETTING_SAMPLES, MONITOR
+from observers.quality.innovation_alarms import FORGETTING_SAMPLES, MONITOR
 from observers.tuning import TUNING_FIELDS
 
 REFERENCE = ("reference", "variance", "other_reference", "other_variance", "score", "information")
@@ -64,8 +64,9 @@ def predicted_reference(kept: Expression, log_mu: Expression, P: Expression, now
     return named(REFERENCE, ca.vertcat(m, V, there[0], other_V, sums))
 
 
-def update_reference(reference: Parts, difference: Expression, slope: Expression, weight: Expression,
-               share: Expression) -> Parts:  # fmt: skip
+def update_change_statistic(
+    reference: Parts, difference: Expression, slope: Expression, weight: Expression, share: Expression
+) -> Parts:
     """As `REFERENCE` after a sample: difference is its innovation about the reference.
 
     slope is that of the measurement by ln mu, weight its inverse variance, 0 where it is not accepted,

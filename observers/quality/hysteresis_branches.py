@@ -20,8 +20,8 @@ import casadi as ca
 from observers.layout import Expression, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import forgetting_factor
 from symbolic.casadi_functions import named_function
-from symbolic.deformation import corner_moment_and_derivative, full_slide_level, unit_corner_moment
 from symbolic.masing import virgin_torque
+from symbolic.patch_moment import corner_moment_and_derivative, full_slide_level, unit_corner_moment
 from symbolic.zone_patch import FAR
 
 POINTS = 4
@@ -66,14 +66,16 @@ def build_present_branch_update() -> ca.Function:
     [rad]; counts is 0 where the sample's torque is not used. share is that of an independent sample.
     """
     inputs = symbols(ca.SX, track=len(TRACK), psi=1, slack=1, least=1, counts=1)
-    after, back, _ = _turned(named(TRACK, inputs["track"]), inputs["psi"], inputs["slack"])
+    after, back, _ = _branch_after_sample(named(TRACK, inputs["track"]), inputs["psi"], inputs["slack"])
     after, share = _counted(after, inputs["counts"], inputs["least"])
     after = {**after, "count": ca.if_else(back, ca.fmax(2, after["count"]), after["count"])}
     outputs = {"track_next": vector_of(TRACK, after), "share": share}
     return named_function("turn", inputs, outputs, cse=True)
 
 
-def _turned(was: Parts, psi: Expression, slack: Expression) -> tuple[Parts, Expression, Expression]:
+def _branch_after_sample(
+    was: Parts, psi: Expression, slack: Expression
+) -> tuple[Parts, Expression, Expression]:
     """The branch after a sample, whether the wheel has turned back, and the farthest angle before."""
     direction, extreme = was["direction"], was["extreme"]
     starts = ca.logic_and(direction == 0, ca.fabs(psi - was["origin"]) > START * slack)
@@ -114,7 +116,7 @@ def build_track_update() -> ca.Function:
     )
     track, points, psi, torque, size, slack, counts = inputs.values()
     was = named(TRACK, track)
-    turned, back, farthest = _turned(was, psi, slack)
+    turned, back, farthest = _branch_after_sample(was, psi, slack)
     after = dict(turned)
     rested, starts = was["direction"] == 0, was["direction"] != after["direction"]
     after["rest"] += ca.if_else(ca.logic_and(rested, counts), torque, 0)

@@ -2,7 +2,7 @@
 
 An innovation beyond the gate is rejected. After `Tuning.reset_after` in a row, all to one side, the
 ground has changed: the variance that two grounds differ by is added to that of ln mu, and the samples
-are accepted. What stays within the gate is watched by `observers.quality.innovation_monitor`, and
+are accepted. What stays within the gate is watched by `observers.quality.innovation_alarms`, and
 friction by direction by `observers.quality.friction_change_detection`.
 
 Source: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001),
@@ -25,9 +25,9 @@ from observers.quality.friction_change_detection import (
     has_changed,
     predicted_reference,
     reset_reference,
-    update_reference,
+    update_change_statistic,
 )
-from observers.quality.innovation_monitor import CHANGE, MIN_SAMPLES, MONITOR, build_innovation_monitor
+from observers.quality.innovation_alarms import CHANGE, MIN_SAMPLES, MONITOR, build_innovation_monitor
 from observers.tuning import REFERENCE_STEP, TUNING_FIELDS
 from symbolic.casadi_functions import named_function
 
@@ -104,7 +104,7 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
         about = innovation + H[at] * (x[at] - kept["reference"])
         # An outlier is one to the estimate; to the reference, a change would be one.
         weight = weight * accepted * huber_weight(innovation, huber_scale, H_P_H)
-        kept = update_reference(kept, about, H[at], weight, share * accepted)
+        kept = update_change_statistic(kept, about, H[at], weight, share * accepted)
         turns = now[CLEAN.index("travel")] > AT_REST * interval
         alarm = ca.logic_or(alarm, ca.logic_and(turns, has_changed(kept, tuning)))
         sums = ca.logic_not(ca.logic_or(alarm, reset)) * monitor_next[:2]

@@ -6,7 +6,7 @@ import numpy as np
 
 from observers.estimates import Estimates
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -12,7 +12,7 @@ import numpy as np
 
 from observers.estimates import Estimates
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 NEAR_FINAL = 0.1
 """Share of the final estimate within which an estimate has settled [1]."""

@@ -1,7 +1,7 @@
 """What follows from a sample while the estimator tracks: consistency by branches, and the band.
 
 The innovations are judged by branches, which takes less travel than
-`observers.quality.innovation_monitor` does. Until they can be judged, friction stays `Status.ACQUIRING`;
+`observers.quality.innovation_alarms` does. Until they can be judged, friction stays `Status.ACQUIRING`;
 a model that was found wrong stays doubted until it has explained as much as it had not. Where a model
 has explained the torque for long and then does not, the ground has changed: friction is acquired anew.
 """
@@ -24,6 +24,7 @@ from observers.quality.acquisition import (
     update_unexplained,
 )
 from observers.quality.hypotheses_verdict import VERDICT
+from observers.quality.innovation_alarms import FORGETTING_SAMPLES, MAX_NORMALISED_SQUARE, MIN_SAMPLES
 from observers.quality.innovation_attribution import (
     IN_A_ROW,
     innovation_of,
@@ -32,7 +33,6 @@ from observers.quality.innovation_attribution import (
     torque_variance_by_k,
     update_streak,
 )
-from observers.quality.innovation_monitor import FORGETTING_SAMPLES, MAX_NORMALISED_SQUARE, MIN_SAMPLES
 from observers.quality.mu_over_k_hypotheses import SETTINGS
 from observers.quality.sample_screening import has_flag, with_flag
 from observers.quality.wrong_units_or_signs import MAX_TYRE_FRICTION

@@ -11,8 +11,8 @@ from math import hypot
 
 from observers.tuning import Tuning
 from symbolic import Rig
-from symbolic.deformation import full_slide_arm, unit_corner_moment
 from symbolic.parameters import EVEN, USUAL, relative_std_by_lengths
+from symbolic.patch_moment import full_slide_arm, unit_corner_moment
 
 OF_LENGTHS = "tolerances of half-length and caster"
 OF_LOAD = "tolerance of the load"

@@ -27,8 +27,8 @@ from observers.measurement.torque_error import SENSIBLE, is_known
 from observers.protocol import OUTPUT, SAMPLE, Sample, Status
 from observers.quality.hypotheses_verdict import VERDICT
 from symbolic import Rig, full_slide_torque
-from symbolic.array_alias import Array
 from symbolic.casadi_functions import named_function
+from symbolic.float_array import Array
 from symbolic.signal_plausibility_limits import (
     MAX_PLAUSIBLE_PERIOD,
     MAX_RETURNED_WORK,
@@ -84,11 +84,11 @@ START = np.array([0.0, 0, 0, -1, -1, np.nan, 0, 0, 0, 0, np.nan, 0, 0, 0, 0, 0])
 
 
 @cache
-def build_implausibility_evidence(channel: str) -> ca.Function:
-    """(evidence, sample, a) -> (evidence_next, suspect), on the torque `channel`; suspect is 0 or 1."""
+def build_implausibility_evidence(torque_channel: str) -> ca.Function:
+    """(evidence, sample, a) -> (evidence_next, suspect), by `torque_channel`; suspect is 0 or 1."""
     inputs = symbols(ca.SX, evidence=EVIDENCE.size, sample=len(SAMPLE), a=1)
     was, now = named(EVIDENCE.places, inputs["evidence"]), named(SAMPLE, inputs["sample"])
-    torque = now["M_z"] if channel == "M_z" else -now["M"]
+    torque = now["M_z"] if torque_channel == "M_z" else -now["M"]
     given, measured = ca.logic_and(is_known(now["F_N"]), now["F_N"] > 0), is_known(torque)
     load = ca.if_else(given, now["F_N"], was["load"])
     first = ca.if_else(was["first_load"] > 0, was["first_load"], load)
@@ -134,7 +134,7 @@ def build_implausibility_evidence(channel: str) -> ca.Function:
         "frozen_travel": turned,
         "clipped": ca.logic_or(was["clipped"], clipped),
     }
-    suspect = reduce(ca.logic_or, flags_by_message(after, channel).values(), ca.SX(0))
+    suspect = reduce(ca.logic_or, flags_by_message(after, torque_channel).values(), ca.SX(0))
     outputs = {"evidence_next": vector_of(EVIDENCE.places, after), "suspect": suspect}
     return named_function("evidence", inputs, outputs, cse=True)
 
@@ -160,7 +160,7 @@ def flags_by_message(evidence: Parts, channel: str) -> dict[str, Expression]:
     }
 
 
-def suspicions(state: Any, channel: str) -> tuple[str, ...]:
+def suspicions_from_state(state: Any, channel: str) -> tuple[str, ...]:
     """Each suspected cause of an observer's state in a sentence; empty where all is plausible.
 
     A state without the check, or None, has none.

@@ -27,8 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symbolic import InvalidInputError, Rig, virgin_torque
-from symbolic.array_alias import Array
 from symbolic.casadi_functions import BufferedCall
+from symbolic.float_array import Array
 
 POINT = ("mu", "turn", "turn_back", "F_N", "k", "a", "e")
 """Inputs of the torque of the zones: [1], [rad], [rad], [N], [N/m^2], [m], [m]."""

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 
-from symbolic.array_alias import Array
 from symbolic.compilation.compiled import compiled_source
 from symbolic.compilation.scalar_c import c_function
 from symbolic.compilation.single_bristle_functions import (
@@ -30,6 +29,7 @@ from symbolic.compilation.single_bristle_functions import (
 )
 from symbolic.elements_in_series import deflection_of
 from symbolic.errors import BrushgripError
+from symbolic.float_array import Array
 from symbolic.model import Model
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from typing import TypeVar
 
 import casadi as ca
 
-from symbolic.compilation.library_cache import private_cache, reason_for_distrust, replacement_cache
+from symbolic.compilation.cache_folder import private_cache, reason_for_distrust, replacement_cache
 from symbolic.compilation.operating_system import COMPILERS, LIBRARY_SUFFIX, processor_description
 from symbolic.compilation.self_cleaning_folder import temporary_folder
 from symbolic.compilation.toolchain import compiler_command, found_compiler, run_compiler

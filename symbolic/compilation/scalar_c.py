@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
-from symbolic.array_alias import Array
 from symbolic.compilation.comment_placement import (
     NO_COMMENTS,
     Comments,
@@ -21,6 +20,7 @@ from symbolic.compilation.comment_placement import (
     section_starts,
 )
 from symbolic.errors import BrushgripError
+from symbolic.float_array import Array
 
 INFIX = {
     ca.OP_ADD: "+", ca.OP_SUB: "-", ca.OP_MUL: "*", ca.OP_DIV: "/", ca.OP_LT: "<", ca.OP_LE: "<=",

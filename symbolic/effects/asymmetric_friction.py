@@ -35,7 +35,7 @@ class AsymmetricFriction(Effect):
         return ca.if_else(signals.psi_dot > 0, values["ratio"], 1)
 
 
-def weaker_direction_deficit(values: Mapping[str, float]) -> float:
+def weaker_share_below_mean(values: Mapping[str, float]) -> float:
     """Share of the mean of both directions that the weaker one holds less [1]; 0 where they are alike.
 
     Args:

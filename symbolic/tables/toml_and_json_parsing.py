@@ -42,7 +42,7 @@ def quoted_value(value: object) -> str:
         return "a number of more digits than Python writes out"
 
 
-def text_of(content: bytes) -> str:
+def decode_text(content: bytes) -> str:
     """UTF-8 text, without its byte order mark.
 
     Raises:
@@ -64,7 +64,7 @@ def text_of(content: bytes) -> str:
     return text
 
 
-def toml_of(content: bytes) -> dict[str, Any]:
+def parse_toml(content: bytes) -> dict[str, Any]:
     """The table of a TOML file.
 
     Raises:
@@ -72,7 +72,7 @@ def toml_of(content: bytes) -> dict[str, Any]:
     """
     if len(content) > MAX_TABLES_SIZE:
         raise InvalidInputError(f"holds {len(content)} bytes; allowed: up to {MAX_TABLES_SIZE}")
-    text = text_of(content)
+    text = decode_text(content)
     if deep := _DEEP.search(text):
         row = text.count("\n", 0, deep.start()) + 1
         raise InvalidInputError(f"row {row}: is not valid TOML for a rig: 20 tables within each other")
@@ -82,7 +82,7 @@ def toml_of(content: bytes) -> dict[str, Any]:
         raise InvalidInputError(f"is not valid TOML: {error}") from None
 
 
-def json_of(content: bytes) -> Any:
+def parse_json(content: bytes) -> Any:
     """The value of a JSON file.
 
     Raises:

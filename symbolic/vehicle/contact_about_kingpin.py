@@ -28,7 +28,7 @@ from math import sin
 
 import numpy as np
 
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.vehicle.steering import lock_angle
 from symbolic.vehicle.vehicle import Vehicle
 
@@ -90,7 +90,7 @@ def kingpin_axis(vehicle: Vehicle, side: int = 1) -> Array:
     return direction
 
 
-def standing_point(vehicle: Vehicle, psi: float, side: int) -> tuple[float, float]:
+def contact_offset_from_kingpin(vehicle: Vehicle, psi: float, side: int) -> tuple[float, float]:
     """How far a wheel stands behind and outside of its kingpin's point on the ground [m]."""
     axis = kingpin_axis(vehicle, side)
 
@@ -114,7 +114,7 @@ def standing_point(vehicle: Vehicle, psi: float, side: int) -> tuple[float, floa
 def growth_to_full_lock(vehicle: Vehicle, *, brakes: bool) -> ContactGrowthWithAngle:
     """Growth of the contacts' torque and stiffness at full lock, as means of both wheels."""
     straight, lock = Contact.of(vehicle, brakes=brakes), lock_angle(vehicle)
-    points = [standing_point(vehicle, lock, side) for side in (1, -1)]
+    points = [contact_offset_from_kingpin(vehicle, lock, side) for side in (1, -1)]
     mean = (points[0][0] + points[1][0]) / 2
     both = [replace(straight, e=straight.e + e - mean, r_s=r_s * brakes) for e, r_s in points]
     squared = sin(lock) ** 2

@@ -22,10 +22,10 @@ from math import hypot
 
 import numpy as np
 
-from symbolic.array_alias import Array
-from symbolic.deformation import full_slide_arm, unit_corner_moment
+from symbolic.float_array import Array
 from symbolic.parameters import EVEN, Rig, Tolerances, Tyre
 from symbolic.patch_interface import Expression
+from symbolic.patch_moment import full_slide_arm, unit_corner_moment
 from symbolic.vehicle.contact_about_kingpin import (
     Contact,
     growth_to_full_lock,

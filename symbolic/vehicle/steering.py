@@ -37,7 +37,7 @@ import numpy as np
 
 from symbolic.errors import InvalidInputError
 from symbolic.patch_interface import Expression
-from symbolic.vehicle.variable_ratio import rack_of_pinion
+from symbolic.vehicle.rack_pinion_ratio import rack_of_pinion
 from symbolic.vehicle.vehicle import RANGES, Vehicle
 
 OF_LOCK = 0.8

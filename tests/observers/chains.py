@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

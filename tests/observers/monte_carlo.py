@@ -22,7 +22,7 @@ from reference_rig import (
     make_ground_recording,
     make_steering_recording,
 )
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from tests.observers.conftest import make
 from tests.observers.factories import columns_of, slide
 

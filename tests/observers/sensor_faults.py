@@ -19,7 +19,7 @@ from reference_rig import (
     quantise,
     sample_instants,
 )
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from tests.observers.monte_carlo import (
     Recording,
     drawn,

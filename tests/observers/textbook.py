@@ -11,7 +11,7 @@ import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
 from observers import Sample
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from tests.observers.factories import slide
 
 

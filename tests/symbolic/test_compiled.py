@@ -16,8 +16,8 @@ import pytest
 
 from symbolic import EFFECTS, Model, compiled, compiler, effects_named, sensitivity_step
 from symbolic.compilation import compiled as module
+from symbolic.compilation.cache_folder import cache_directory
 from symbolic.compilation.compiled import compiled_source
-from symbolic.compilation.library_cache import cache_directory
 from tests.processes import is_running, wait_for
 from tests.symbolic.oracles import random_path, signals
 from tests.symbolic.test_effects import VALUES

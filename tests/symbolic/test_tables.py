@@ -16,7 +16,13 @@ from symbolic import (
     units_of,
 )
 from symbolic.tables.found_model_from_tables import MODEL_VERSION
-from symbolic.tables.toml_and_json_parsing import excerpt, json_of, prefix_errors, text_of, toml_of
+from symbolic.tables.toml_and_json_parsing import (
+    decode_text,
+    excerpt,
+    parse_json,
+    parse_toml,
+    prefix_errors,
+)
 from tests.refusal import refused
 
 
@@ -35,12 +41,12 @@ def test_another_unit_is_refused(effect: str) -> None:
 
 
 def test_tables_of_text_have_each_key_once() -> None:
-    assert toml_of(b"\xef\xbb\xbf[rig]\na = 0.04\n") == tomllib.loads("[rig]\na = 0.04\n")
-    assert json_of(b"\xef\xbb\xbf" + json.dumps({"version": 1}).encode()) == {"version": 1}
-    assert text_of("ψ\r\n".encode()) == "ψ\r\n"
-    assert json_of(b'{"a": {"k": 1}, "b": {"k": 2}}') == {"a": {"k": 1}, "b": {"k": 2}}
+    assert parse_toml(b"\xef\xbb\xbf[rig]\na = 0.04\n") == tomllib.loads("[rig]\na = 0.04\n")
+    assert parse_json(b"\xef\xbb\xbf" + json.dumps({"version": 1}).encode()) == {"version": 1}
+    assert decode_text("ψ\r\n".encode()) == "ψ\r\n"
+    assert parse_json(b'{"a": {"k": 1}, "b": {"k": 2}}') == {"a": {"k": 1}, "b": {"k": 2}}
     with pytest.raises(InvalidInputError, match="'k' is given twice in one object; allowed: once"):
-        json_of(b'{"shared": {"k": 1, "mu": 2, "k": 3}}')
+        parse_json(b'{"shared": {"k": 1, "mu": 2, "k": 3}}')
 
 
 @pytest.mark.parametrize(
@@ -59,7 +65,7 @@ def test_tables_of_text_have_each_key_once() -> None:
     ids=["empty", "latin", "zero", "no value", "twice", "deep", "dotted", "digits", "large"],
 )
 def test_no_toml(content: bytes, fault: str) -> None:
-    assert refused(toml_of, content).startswith(fault)
+    assert refused(parse_toml, content).startswith(fault)
 
 
 def test_a_number_that_is_too_long_to_show() -> None:

@@ -21,7 +21,7 @@ from identification.reading.formats.optional_libraries import import_library, re
 from identification.reading.signal_map import SignalMap, SignalSource
 from identification.reading.units import is_unit
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 MAX_DATABASE_SIZE = 20_000_000
 """Largest DBC file that is read [bytes]."""
@@ -214,7 +214,7 @@ def require_bounded(path: Path) -> None:
     """Refuses a BLF file whose parts are larger than files may be, or that python-can reads for ever."""
     total, rest = 0, b""
     try:
-        for part, compressed in _containers(path.read_bytes()):
+        for part, compressed in _blf_containers(path.read_bytes()):
             inflater = zlib.decompressobj()
             unpacked = inflater.decompress(part, _MAX_CONTAINER_SIZE) if compressed else part
             total += len(unpacked)
@@ -238,7 +238,7 @@ def _after_objects(path: Path, data: bytes) -> bytes:
     return data[at:]
 
 
-def _containers(content: bytes) -> Iterator[tuple[bytes, bool]]:
+def _blf_containers(content: bytes) -> Iterator[tuple[bytes, bool]]:
     """Parts of a BLF file, as python-can walks them, and whether they are compressed."""
     (at,) = unpack_from("<I", content, 4)
     while at + 16 <= len(content):

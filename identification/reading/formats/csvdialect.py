@@ -6,7 +6,7 @@ from pathlib import Path
 
 from identification.reading.checked_file_reading import read_bytes
 from identification.reading.units import is_unit
-from symbolic.tables.toml_and_json_parsing import prefix_errors, text_of
+from symbolic.tables.toml_and_json_parsing import decode_text, prefix_errors
 
 DELIMITERS = ("\t", ";", ",")
 """Of two that separate equally many fields the first is taken."""
@@ -23,7 +23,7 @@ def read_csv_text(path: Path) -> str:
             content = content.decode("utf-16", "replace").encode("utf-8")
         elif _is_western(content):
             content = content.decode("cp1252").encode("utf-8")
-        return text_of(content)
+        return decode_text(content)
 
 
 def _is_western(content: bytes) -> bool:

@@ -25,8 +25,14 @@ from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.formats.csvdialect import NumberParser, delimiter_of, read_csv_text, units_in
 from identification.reading.map_for_recording import map_for_recording
 from identification.reading.rigfile import DECLARABLE
+from identification.reading.sample_table import (
+    CAR_COLUMNS,
+    MAX_SAMPLES,
+    Table,
+    TableFault,
+    possible_columns,
+)
 from identification.reading.signal_map import NO_MAP, SignalMap
-from identification.reading.table import CAR_COLUMNS, MAX_SAMPLES, Table, TableFault, possible_columns
 from identification.reading.units import unit_of_name
 from symbolic import TOLERATED, InvalidInputError
 from symbolic.errors import printable

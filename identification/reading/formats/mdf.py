@@ -68,18 +68,18 @@ def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
 def _require_ends(path: Path) -> None:
     """Refuses lists of blocks that lead back into themselves, which asammdf follows for ever."""
     with path.open("rb") as file:
-        version = 4 if _number(file, 28, 2) >= 400 else 3
+        version = 4 if _unsigned_integer(file, 28, 2) >= 400 else 3
         size, after, inside = LINKS[version]
         seen: set[int] = set()
 
         def blocks(first: int) -> Iterator[int]:
-            at = _number(file, first, size)
+            at = _unsigned_integer(file, first, size)
             while at:
                 if at in seen:
                     raise InvalidInputError(f"{path}: is damaged, a list of its blocks has no end")
                 seen.add(at)
                 yield at
-                at = _number(file, at + after, size)
+                at = _unsigned_integer(file, at + after, size)
 
         for group in blocks(GROUPS[version]):
             for channels in blocks(group + inside):
@@ -88,7 +88,7 @@ def _require_ends(path: Path) -> None:
             list(blocks(first))
 
 
-def _number(file: BinaryIO, at: int, size: int) -> int:
+def _unsigned_integer(file: BinaryIO, at: int, size: int) -> int:
     """An unsigned integer of the file, 0 beyond its end."""
     if at >= 2**62:
         return 0

@@ -23,7 +23,7 @@ from observers.measurement.measurement_model import CLEAN, RIG, ROWS, Measuremen
 from observers.patch.effective_friction import build_effective_friction
 from observers.patch.update import reset_retention, sensitivity_retention, signals_with_states
 from observers.protocol import SAMPLE
-from observers.quality.innovation_monitor import log_mu_variance_between_grounds
+from observers.quality.innovation_alarms import log_mu_variance_between_grounds
 from observers.tuning import TUNING_FIELDS
 from symbolic import DECLARED
 from symbolic.casadi_functions import named_function

@@ -38,10 +38,10 @@ from observers.quality.equivalent_patch import (
 )
 from observers.tuning import TUNING_FIELDS
 from symbolic.casadi_functions import named_function
-from symbolic.deformation import corner_moment_and_derivative
+from symbolic.patch_moment import corner_moment_and_derivative
 
 
-def supervision_functions(observer: ModelObserver, constants: ConstantSubstitution) -> list[ca.Function]:
+def acquisition_functions(observer: ModelObserver, constants: ConstantSubstitution) -> list[ca.Function]:
     """The Functions that C calls beside those of the estimator; none without supervision."""
     if not observer.acquire:
         return []

@@ -37,8 +37,8 @@ from observers.measurement.measurement_model import CLEAN, RIG, ROWS, Measuremen
 from observers.patch.update import slopes_by_states, tyre_states
 from observers.protocol import SAMPLE
 from observers.quality.friction_change_detection import change_monitor_fields
+from observers.quality.innovation_alarms import log_mu_variance_between_grounds
 from observers.quality.innovation_gate import COUNTS, build_innovation_test
-from observers.quality.innovation_monitor import log_mu_variance_between_grounds
 from observers.tuning import TUNING_FIELDS
 
 TORQUES = ("M_Z", "BY_MU", "BY_STIFFNESS", "BY_ANGLE")

@@ -23,8 +23,8 @@ from observers.measurement.linearisation import angle_is_state
 from symbolic import Model
 from symbolic.bristle_patch import SPAN
 from symbolic.compilation.scalar_c import c_function, c_records
-from symbolic.deformation import full_slide_arm
 from symbolic.elements_in_series import BALANCE_STEPS
+from symbolic.patch_moment import full_slide_arm
 from symbolic.slip_at_friction_limit import REFERENCE_SPEED, REST_SPEED
 
 OMEGA = (-12, 24)

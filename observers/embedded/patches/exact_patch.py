@@ -16,8 +16,8 @@ from observers.measurement.linearisation import angle_is_state
 from symbolic import Model, full_slide_level
 from symbolic.casadi_functions import named_function
 from symbolic.compilation.scalar_c import c_function
-from symbolic.deformation import corner_moment_and_derivative, unit_corner_moment
 from symbolic.elements_in_series import deflection_of
+from symbolic.patch_moment import corner_moment_and_derivative, unit_corner_moment
 
 DEPTH = Model().corners
 """Corners of the patch, as many as in Python, of which the one that contributes least to M_z is dropped

@@ -18,7 +18,7 @@ from brushgrip.running import unfinished_search
 from identification import Diagnosis, Huber, Journal, Recording
 from identification.selection.trial_runner import workers
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from tests.brushgrip.factories import make_diagnosis, make_outcome
 from tests.brushgrip.helpers import PNG, Outcome, Run, Write, contents, table_of
 

@@ -9,9 +9,9 @@ import pytest
 
 from brushgrip.estimation.observe_recording import (
     Aligning,
+    aligning_torque_is_measured,
     angle_nan_where_imputed,
     friction_track,
-    has_aligning_torque,
     model_observer,
     observe,
     run_arguments,
@@ -25,7 +25,7 @@ from brushgrip.inputs.option_choices import ObserverName
 from identification import FoundModel, Recording, read_recording
 from observers import DirectionalFriction, Ekf, Estimates, Sample, Status, run
 from symbolic import InvalidInputError, Model, Rig, Tyre
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from tests.brushgrip.factories import make_estimates
 from tests.brushgrip.helpers import SampleRecorder, Write
 
@@ -136,8 +136,8 @@ def test_an_aligning_torque_with_gaps_is_still_preferred(recording: Recording) -
     gaps = replace(recording, M_z=M_z, M=np.full(M_z.size, 5.0))
     missing = replace(gaps, M_z=np.full(M_z.size, np.nan))
 
-    assert has_aligning_torque(gaps)
-    assert not has_aligning_torque(missing)
+    assert aligning_torque_is_measured(gaps)
+    assert not aligning_torque_is_measured(missing)
     assert all(np.isnan(sample.M) for sample in samples_of(gaps))
     np.testing.assert_array_equal([sample.M_z for sample in samples_of(gaps)], M_z)
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgrip.estimation.friction_by_direction import friction_of_directions, hidden_by_zero
+from brushgrip.estimation.friction_by_direction import directional_friction_and_line, hidden_by_zero
 from brushgrip.estimation.observe_recording import model_observer, observe, observer_factory
 from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.wording.friction_in_words import estimates_summary, last_usable
@@ -73,7 +73,9 @@ def test_the_direction_that_is_told_is_the_one_of_mu_eff(noise: float, seed: int
     for back in (0.086, 0.087, 0.088, 0.09):
         recording = turned(noise, seed, back)
         estimates = observe(factory, recording)
-        row, _ = friction_of_directions(estimates, recording.psi, recording.M_z, DirectionalFriction())
+        row, _ = directional_friction_and_line(
+            estimates, recording.psi, recording.M_z, DirectionalFriction()
+        )
         at = last_usable(estimates)
 
         assert at is not None
@@ -89,7 +91,7 @@ def test_friction_of_each_direction_is_of_the_last_ground() -> None:
     seen = replace(seen, M_z_predicted=np.where(np.arange(20) < 15, 1.0, -1.0))
     steps, aligning = np.where(np.arange(20) < 15, -0.01, 0.01), DirectionalFriction()
     psi, M_z = np.cumsum(steps), seen.M_z_predicted
-    row, line = friction_of_directions(seen, psi, M_z, aligning)
+    row, line = directional_friction_and_line(seen, psi, M_z, aligning)
 
     assert line == (
         "mu_eff by direction, last usable: 1.25 ± 0.08 turning to positive psi, at 0.19 s;"
@@ -100,11 +102,11 @@ def test_friction_of_each_direction_is_of_the_last_ground() -> None:
     assert "(95 % band) turning to positive psi at the end" in estimates_summary(seen, way="positive")
     # Exchanged where the angle turns back, mu is not of the direction whose torque is not let off yet.
     later = replace(seen, M_z_predicted=np.where(np.arange(20) < 17, 1.0, -1.0))
-    _, line = friction_of_directions(later, psi, M_z, replace(aligning, at_reversal=True))
+    _, line = directional_friction_and_line(later, psi, M_z, replace(aligning, at_reversal=True))
     assert line.endswith("turning to negative psi, at 0.14 s")
     # What was usable on the ground before says nothing of this one.
     reset = np.where(np.arange(20) == 15, int(Status.RESET), 0)
-    row, line = friction_of_directions(replace(seen, status=reset), psi, M_z, aligning)
+    row, line = directional_friction_and_line(replace(seen, status=reset), psi, M_z, aligning)
     assert line.endswith("; not usable since the ground changed at 0.15 s, turning to negative psi")
     assert "mu_eff_negative" not in row
     assert row["direction"] == "positive"
@@ -112,11 +114,11 @@ def test_friction_of_each_direction_is_of_the_last_ground() -> None:
     # A torque about zero tells nothing of a direction but of the one that is told, and a wheel that
     # rests has none.
     small = replace(seen, M_z_predicted=0.4 * seen.M_z_predicted)
-    row, line = friction_of_directions(small, psi, M_z, aligning)
+    row, line = directional_friction_and_line(small, psi, M_z, aligning)
     told = "1.25 ± 0.08 turning to positive psi, at 0.19 s; never usable turning to negative psi"
     assert line.endswith(f": {told}")
     assert (row["direction"], row["mu_eff_positive"]) == ("positive", seen.mu_eff[-1])
-    row, line = friction_of_directions(small, np.zeros(20), M_z, aligning)
+    row, line = directional_friction_and_line(small, np.zeros(20), M_z, aligning)
     assert (list(row), row["direction"], line) == (["direction", "weaker"], "", "")
 
 
@@ -139,6 +141,6 @@ def test_the_direction_is_exchanged_where_the_torque_opposes_the_motion(
     flags = np.where((i > 15) & (i < 18), int(flag), 0)
     seen = replace(seen, M_z_predicted=1.0 * (i < 15), status=flags)
     psi, M_z = np.where(i > 15, turn, 0.0) - 0.01 * np.minimum(i, 14), np.where(i < 15, 1.0, M_z)
-    row, _ = friction_of_directions(seen, psi, M_z, DirectionalFriction())
+    row, _ = directional_friction_and_line(seen, psi, M_z, DirectionalFriction())
 
     assert row["direction"] == way

@@ -14,7 +14,7 @@ from brushgrip.live.adviser import Adviser
 from brushgrip.live.row_estimation import Point, WheelRowEstimator
 from brushgrip.live.session import Session
 from brushgrip.live.session_state_in_words import LastUsable, state_line, usability_of
-from brushgrip.live.timestamp_filter import TimestampFilter, arrival_time
+from brushgrip.live.timestamp_filter import TimestampFilter, clock_time
 from observers import Ekf, Estimate, Status, SteeringLimits
 from observers.protocol import prior_estimate
 from reference_rig import make_recording
@@ -50,7 +50,7 @@ def session_over(
 
 def store(session: Session, estimate: Estimate, *, t: float = 0.0, age: float = 0.0) -> None:
     """Puts an estimate in as if its sample had come so long ago."""
-    session._store([Point((t,), 0.0, 1.0, estimate)], arrival_time() - age)
+    session._store([Point((t,), 0.0, 1.0, estimate)], clock_time() - age)
 
 
 def spoilt(rows: list[dict[str, float]]) -> list[dict[str, float]]:

@@ -13,7 +13,7 @@ import pytest
 from brushgrip.live.can_source import CanSource
 from brushgrip.live.mapped_columns import MappedColumns
 from brushgrip.live.sources import MAX_LINE_LENGTH, LineParser, LineSource, Source, UdpSource
-from brushgrip.live.timestamp_filter import arrival_time
+from brushgrip.live.timestamp_filter import clock_time
 from identification import SignalMap, parse_signals
 from symbolic import InvalidInputError
 from tests.brushgrip.live.bus import DBC, MAP, Bus
@@ -121,7 +121,7 @@ def test_a_sample_without_a_time_has_that_of_its_arrival_unless_others_have_thei
 ) -> None:
     source, sender = udp
     sender.send(UNTIMED.encode())
-    assert read_all(source, 1)[0]["t"] == pytest.approx(arrival_time(), abs=5.0)
+    assert read_all(source, 1)[0]["t"] == pytest.approx(clock_time(), abs=5.0)
     sender.send("\n".join([JSON_LINE, UNTIMED, UNTIMED, "psi,M_z,F_N", "0.03,-1,560"]).encode())
 
     assert [row["t"] for row in read_all(source, 1)] == [0.5]

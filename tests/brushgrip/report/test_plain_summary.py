@@ -22,7 +22,7 @@ from brushgrip.report.validity_and_missing_effects import (
 )
 from identification import Diagnosis
 from identification.diagnosis.from_search import BEYOND_RANGE
-from identification.diagnosis.graded_effects import ASSUMED, assumed_tolerances
+from identification.diagnosis.graded_effects import ASSUMED, assumed_tolerances_note
 from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD
 from symbolic import Model, Rig, effects_named
@@ -202,7 +202,7 @@ def test_what_only_fitted_recordings_demand_is_to_be_fitted_on_each_ground() -> 
 
 
 def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
-    note = assumed_tolerances([SimpleNamespace(rig=Rig(a=0.04, e=0.0))])  # type: ignore[list-item]
+    note = assumed_tolerances_note([SimpleNamespace(rig=Rig(a=0.04, e=0.0))])  # type: ignore[list-item]
     diagnosis = replace(make_diagnosis(), notes=(note, "c got worse"))
 
     assert band_caveats(diagnosis) == [

@@ -73,8 +73,8 @@ def test_a_figure_stays_on_its_line_and_a_heading_breaks(text: str, kept: str) -
 
 def test_a_correlation_of_nothing_has_no_sign() -> None:
     strong = signatures(0.8).signatures
-    assert [tables._correlation(s) for s in strong[:2]] == ["+0.80* (0.30)", "−0.80* (0.30)"]
-    assert {tables._correlation(s) for s in signatures(0.004).signatures} == {"0.00 (0.30)"}
+    assert [tables._correlation_cell(s) for s in strong[:2]] == ["+0.80* (0.30)", "−0.80* (0.30)"]
+    assert {tables._correlation_cell(s) for s in signatures(0.004).signatures} == {"0.00 (0.30)"}
 
 
 def test_a_pale_line_is_spoken_of_where_there_is_one() -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from identification import ParameterEstimate
 from identification.diagnosis import doubtful_effects, graded_effects
-from identification.diagnosis.graded_effects import distance_from_neutral, grade_of
+from identification.diagnosis.graded_effects import distance_from_neutral, effect_grade
 from identification.fits.loss import LEAST_SQUARES
 from symbolic import EFFECTS
 from tests.identification.factories import recording, with_torque
@@ -30,7 +30,7 @@ from tests.identification.factories import recording, with_torque
     ],
 )
 def test_grades(figures: tuple[float, ...], rivals: bool, odd: bool, grade: str) -> None:
-    assert grade_of(*figures, has_rivals=rivals, stands_in=odd) == grade
+    assert effect_grade(*figures, has_rivals=rivals, stands_in=odd) == grade
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from identification.fits.covariance import standard_deviations
 from identification.fits.least_squares_problem import LeastSquaresProblem
 from identification.fits.options import COARSE_FIT, FitOptions
 from identification.fits.parameter_values import complete_values
-from identification.selection.criteria import delta_bic, effective_parameters
+from identification.selection.criteria import delta_bic, effective_parameter_count
 from identification.selection.leave_one_out_linearised import leave_one_out
 from identification.selection.trial import RANKING, model_of, thin_for_ranking
 from reference_rig import Campaign, make_campaign
@@ -84,7 +84,7 @@ def test_what_the_data_do_not_know_stays_as_declared(made: tuple[Campaign, list[
         assert fitted.values.rig[r.name]["load"] == pytest.approx(1.0, abs=1e-6)
     count = len(plain.labels)
     assert len(fitted.labels) == count + 3
-    assert effective_parameters(fitted) == pytest.approx(count, abs=0.01)
+    assert effective_parameter_count(fitted) == pytest.approx(count, abs=0.01)
     assert delta_bic(fitted, plain, recordings) == pytest.approx(0.0, abs=0.1)
     spread = dict(zip(fitted.labels, standard_deviations(fitted, recordings), strict=True))
     for r in recordings:
@@ -103,7 +103,7 @@ def test_a_zero_of_the_torque_is_absorbed(made: tuple[Campaign, list[Recording]]
 
     found = [fitted.values.rig[r.name]["zero"] for r in shifted]
     np.testing.assert_allclose(found, [0.2, -0.1, 0.0], atol=0.02)
-    assert effective_parameters(fitted) == pytest.approx(len(fitted.labels), abs=0.1)
+    assert effective_parameter_count(fitted) == pytest.approx(len(fitted.labels), abs=0.1)
 
 
 @pytest.mark.long

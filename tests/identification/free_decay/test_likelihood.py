@@ -10,7 +10,7 @@ from identification.free_decay.likelihood import Likelihood, neg_log_likelihood
 from identification.free_decay.noise_continuation import (
     LikelihoodMaximum,
     half_swings,
-    jackknife,
+    jackknife_covariance,
     maximise_likelihood,
 )
 from identification.free_decay.vibration_detection import find_vibration
@@ -149,7 +149,7 @@ def test_covariance_is_the_jackknifes_and_information_that_of_k_and_b_t_alone(
         changes.append(-np.linalg.solve(hessian, along.T @ told.slope)[:2])
     expected = sum(np.outer(change, change) for change in changes)
 
-    spread = jackknife(likelihood, solution)
+    spread = jackknife_covariance(likelihood, solution)
     np.testing.assert_allclose(spread.covariance, expected, rtol=0.05, atol=0.02 * expected.max())
     assert spread.degrees_of_freedom == len(parts) - 2
     hessian = solution.evaluation.hessian
@@ -164,7 +164,7 @@ def test_a_half_swing_that_carries_everything(sticking: tuple[Likelihood, Likeli
     risen = made._replace(psi=np.linspace(0.02, 0.01, made.psi.size))
     monotone = replace(solution, evaluation=replace(solution.evaluation, responses=(risen,)))
 
-    spread = jackknife(likelihood, monotone)
+    spread = jackknife_covariance(likelihood, monotone)
 
     assert spread.degrees_of_freedom == 1
     assert np.isfinite(spread.covariance).all()
@@ -182,7 +182,7 @@ def test_is_the_scatter_of_the_estimates(noise: float) -> None:
         read = FOURTEEN_BIT_STEP * np.round(seen / FOURTEEN_BIT_STEP)
         likelihood = Likelihood([find_vibration(decay(t, read, RIG))])
         solution = maximise_likelihood(likelihood)
-        std = np.sqrt(np.diag(jackknife(likelihood, solution).covariance))[:2]
+        std = np.sqrt(np.diag(jackknife_covariance(likelihood, solution).covariance))[:2]
         errors.append((solution.x[:2] - np.array([TYRE.k, B_T]) / likelihood.scales[:2]) / std)
 
     # A standard deviation from some ten half swings is uncertain itself, and leans to the large side.

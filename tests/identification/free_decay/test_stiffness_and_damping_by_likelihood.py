@@ -233,7 +233,7 @@ def test_needs_a_recording() -> None:
     assert "at least one" in refused(identify_free_decay, [])
 
 
-@pytest.mark.parametrize("singular", ["maximise_likelihood", "jackknife"])
+@pytest.mark.parametrize("singular", ["maximise_likelihood", "jackknife_covariance"])
 def test_recordings_that_tell_nothing(
     singular: str, few: list[Decay], monkeypatch: pytest.MonkeyPatch
 ) -> None:

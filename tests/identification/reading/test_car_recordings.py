@@ -82,7 +82,7 @@ def test_samples_one_by_one_are_those_of_the_recording(tmp_path: Path) -> None:
 def test_the_geometry_is_worked_out_once_for_all_samples(monkeypatch: pytest.MonkeyPatch) -> None:
     sample_of = RackSampler(CAR)
     sample_of(0.0, 0.0, 0.0)
-    monkeypatch.setattr("symbolic.vehicle.contact_about_kingpin.standing_point", None)
+    monkeypatch.setattr("symbolic.vehicle.contact_about_kingpin.contact_offset_from_kingpin", None)
     assert sample_of(0.001, 0.01, -1000.0).M_z == pytest.approx(0.125 / 2 * 1000.0)
 
 

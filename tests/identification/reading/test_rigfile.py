@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from identification.reading.rigfile import read_rig, rig_of_table, rig_text
-from identification.reading.table import Table
+from identification.reading.sample_table import Table
 from symbolic import Rig, Tolerances, Tyre
 from tests.refusal import refused
 

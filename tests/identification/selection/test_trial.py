@@ -29,7 +29,7 @@ from identification.selection.trial import (
     run_trial,
     thin_for_ranking,
 )
-from identification.selection.trial_runner import values_for
+from identification.selection.trial_runner import start_values
 from symbolic import Model, Tolerances, effects_named
 from tests.identification.factories import left_out_exactly, read_campaign, with_torque
 
@@ -224,7 +224,7 @@ def test_lengths_begin_anew_where_they_get_another_meaning(
     model = Model(effects=effects_named(present))
     trial = cast(Trial, SimpleNamespace(values=values, fitted=SimpleNamespace(model=model)))
 
-    assert values_for(trial, effects_named(wanted)).rig == (values.rig if kept else {})
+    assert start_values(trial, effects_named(wanted)).rig == (values.rig if kept else {})
 
 
 def test_an_effect_of_one_block_falls_by_more_than_chance() -> None:

@@ -19,7 +19,7 @@ from typing import Any
 import pytest
 
 from identification import Recording, diagnose
-from identification.selection.trial_runner import processes, workers
+from identification.selection.trial_runner import worker_pool, workers
 from identification.selection.worker_processes import WorkerProcesses
 from symbolic import BrushgripError, InvalidInputError
 from tests.processes import is_running, wait_for
@@ -82,7 +82,7 @@ def test_a_process_that_is_killed_while_it_starts_is_replaced() -> None:
 
 
 def test_processes_begin_before_there_is_work_for_them() -> None:
-    with processes(2, start=9) as pool:
+    with worker_pool(2, start=9) as pool:
         assert pool is not None
         wait_for(lambda: len(pool._running) == 2)
         begun = {worker.process.pid for worker in pool._running}
@@ -93,7 +93,7 @@ def test_a_module_that_is_found_after_a_process_has_begun_is_found_there(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "of_a_user.py").write_text("def own():\n    return 3\n")
-    with processes(2, start=2) as pool:
+    with worker_pool(2, start=2) as pool:
         assert pool is not None
         wait_for(lambda: len(pool._running) == 2)
         monkeypatch.syspath_prepend(tmp_path)

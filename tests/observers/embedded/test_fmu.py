@@ -16,7 +16,7 @@ from observers import ESTIMATE, AligningTorque, Ekf, Mhe, Status, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE, Real, generate_fmu
 from observers.embedded.fmu import is_host
 from symbolic import InvalidInputError, Tyre, compiler
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.parameters import STIFFNESS
 from tests.observers.conftest import RIG, K
 from tests.observers.embedded.conftest import Generate, Unpacked

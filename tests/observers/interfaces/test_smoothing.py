@@ -8,7 +8,7 @@ import pytest
 from observers import Ekf, Mhe, SteeringTorque, Tuning, covariance_of, run, smooth
 from reference_rig import RigRecording, SteeringRecording, make_recording
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from tests.observers.conftest import EXACT_RIG, K
 from tests.observers.factories import (
     CLEAN_RIG,

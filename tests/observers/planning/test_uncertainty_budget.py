@@ -11,7 +11,7 @@ from observers.planning.steering_path import SteeringPath, fastest_path
 from observers.planning.uncertainty_budget import REST, SLOPE
 from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD
 from symbolic import InvalidInputError, Tolerances
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from tests.observers.planning.conftest import LOAD, observe_on_rig
 
 MU = 0.8

@@ -41,7 +41,7 @@ from reference_rig import (
     plant_effect,
 )
 from symbolic import Model, Rig, Tolerances, simulate
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from tests.observers.conftest import RIG, K
 from tests.observers.factories import LONG, acquiring_ekf, found_model, wrong_and_usable
 

@@ -14,9 +14,9 @@ from observers.quality.friction_change_detection import (
     has_changed,
     predicted_reference,
     reset_reference,
-    update_reference,
+    update_change_statistic,
 )
-from observers.quality.innovation_monitor import FORGETTING_SAMPLES
+from observers.quality.innovation_alarms import FORGETTING_SAMPLES
 from tests.observers.measurement.test_directional_friction import F_N, directed, torque
 
 AS_MEASURED: Any = {"noise": 0.005, "error": 0.09, "error_travel": 0.03, "explained": 2.5, "alarm": 7.0}
@@ -27,7 +27,7 @@ def test_ratio_is_that_of_gaussian_densities() -> None:
     slope, weight, V, about = 0.8, 50.0, 0.01, np.array([0.5, 0.3])
     kept: Any = dict(zip(REFERENCE, (0.0, V, 0.0, 0.0, 0.0, 0.0), strict=True))
     for each in about:
-        kept = update_reference(kept, each, slope, weight, 0.0)
+        kept = update_change_statistic(kept, each, slope, weight, 0.0)
     S = np.eye(2) / weight + V * slope**2
     shift, inverse = slope * np.ones(2), np.linalg.inv(S)
     step = (shift @ inverse @ about) / (shift @ inverse @ shift)
@@ -43,7 +43,7 @@ def test_a_reference_is_held_in_a_stroke_corrected_at_its_end_and_begins_anew_af
     now = np.zeros(len(CLEAN))
     now[CLEAN.index("dt")] = 0.1
     first = predicted_reference(ca.DM.zeros(len(REFERENCE)), 0.3, 0.04, now)
-    after = update_reference(first, 0.2, 1.0, 25.0, 1.0)
+    after = update_change_statistic(first, 0.2, 1.0, 25.0, 1.0)
     now[CLEAN.index(EXCHANGED)] = 1
     turned = predicted_reference(reset_reference(after, 0), -0.5, 0.09, now)
     back = predicted_reference(reset_reference(turned, 0), 9.0, 9.0, now)
@@ -55,7 +55,7 @@ def test_a_reference_is_held_in_a_stroke_corrected_at_its_end_and_begins_anew_af
     assert [float(back[name]) for name in ("reference", "variance")] == pytest.approx([0.4, walked])
     assert float(back["score"]) == float(back["information"]) == 0
     assert [float(anew[name]) for name in ("reference", "variance")] == pytest.approx([0.7, 0.5])
-    without_slope = update_reference(after, 0.0, 0.0, 0.0, 1.0)["information"]
+    without_slope = update_change_statistic(after, 0.0, 0.0, 0.0, 1.0)["information"]
     assert float(without_slope) == pytest.approx(25 * (1 - 1 / FORGETTING_SAMPLES))
 
 

@@ -10,7 +10,7 @@ import pytest
 from observers import Ekf, Mhe, Sample, Status, Tuning, covariance_of
 from observers.quality.innovation_gate import build_innovation_gate
 from symbolic import Model
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from tests.observers.conftest import make
 from tests.observers.factories import UNLIMITED, full_slide, slide, states_of
 

@@ -8,17 +8,17 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from symbolic import InvalidInputError, Rig, Vehicle, VehicleTolerances, rig_of, vehicle_from_tables
-from symbolic.deformation import full_slide_arm
 from symbolic.masing import virgin_torque
 from symbolic.parameters import EVEN
-from symbolic.vehicle.contact_about_kingpin import growth_to_full_lock, standing_point
+from symbolic.patch_moment import full_slide_arm
+from symbolic.vehicle.contact_about_kingpin import contact_offset_from_kingpin, growth_to_full_lock
 from symbolic.vehicle.mean_wheel import (
     aligning_torque_with_friction,
     equivalent_contact_angle,
     friction_uncertainties,
 )
+from symbolic.vehicle.rack_pinion_ratio import pinion_of_rack, rack_of_pinion
 from symbolic.vehicle.steering import jacking_torque, lever, mean_angle, rack_force, rack_position
-from symbolic.vehicle.variable_ratio import pinion_of_rack, rack_of_pinion
 from tests.refusal import refused
 
 CAR = Vehicle(front_axle_load=8000.0, tyre_width=0.2, pressure=2.4e5, wheelbase=2.6, track=1.5)
@@ -104,11 +104,11 @@ def test_the_body_is_lifted_by_both_wheels(psi: float) -> None:
 @pytest.mark.parametrize("side", [1, -1])
 def test_where_a_wheel_stands(side: int) -> None:
     car = replace(CAR, trail=0.03, scrub_radius=0.02)
-    behind, outside = standing_point(car, 0.5, side)
+    behind, outside = contact_offset_from_kingpin(car, 0.5, side)
     found = lowest_point(car, 0.5, side)
 
     assert np.hypot(behind, outside) == pytest.approx(np.hypot(*found[:2]), abs=2e-4)
-    assert standing_point(car, 0.0, side) == pytest.approx((0.03, 0.02))
+    assert contact_offset_from_kingpin(car, 0.0, side) == pytest.approx((0.03, 0.02))
 
 
 def test_upright_kingpins_turn_the_contact_alike_everywhere() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from tests.observers.embedded.generated_code import GeneratedCode
 
 HERE = Path(__file__).parent

@@ -43,7 +43,7 @@ def private_cache() -> Path:
 def replacement_cache(folder: Path, reason: str) -> Path:
     """An empty cache for this process and its children; a warning says why."""
     own, _ = claim_folder(Path(tempfile.gettempdir()))
-    atexit.register(_remove_as, os.getpid(), str(own))
+    atexit.register(_remove_if_in_process, os.getpid(), str(own))
     os.environ["BRUSHGRIP_CACHE"] = str(own)
     _LOG.warning(
         "brushgrip: %s %s; what is compiled now is not kept. Remove that folder, or name one of your own"
@@ -93,7 +93,7 @@ def reason_for_distrust(path: Path) -> str | None:
     return "may be written by other users" if status.st_mode & 0o022 else None
 
 
-def _remove_as(process: int, folder: str) -> None:
+def _remove_if_in_process(process: int, folder: str) -> None:
     """Remove a folder when the process that made it ends, and not when a fork of it does."""
     if os.getpid() == process:
         shutil.rmtree(folder, ignore_errors=True)

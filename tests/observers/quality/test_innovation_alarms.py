@@ -8,14 +8,14 @@ import pytest
 from scipy.stats import norm
 
 from observers import AligningTorque, Ekf, Status, Tuning, innovations, run
-from observers.quality.innovation_monitor import (
+from observers.quality.innovation_alarms import (
     CHANGE,
     FORGETTING_SAMPLES,
     MIN_SAMPLES,
     build_innovation_monitor,
 )
 from reference_rig import RigRecording
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from tests.observers.conftest import make
 from tests.observers.factories import columns_of
 from tests.observers.surface_changes import HIGH, LOW, counted_turn, crossing

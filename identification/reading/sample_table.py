@@ -12,7 +12,7 @@ from identification.reading.signal_map import SignalSource, corrected_map
 from identification.reading.units import UNITS, unit_by_size
 from identification.reading.units_by_magnitude import infer_units_and_sign, unit_of_period
 from symbolic import InvalidInputError
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 
 MIN_SAMPLES = 10
 MAX_SAMPLES = 10_000_000

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from symbolic import full_slide_level
-from symbolic.deformation import edge_to_zone_boundary, unit_corner_moment
+from symbolic.patch_moment import edge_to_zone_boundary, unit_corner_moment
 from tests.symbolic.oracles import Tyre, virgin_torque
 
 getcontext().prec = 60

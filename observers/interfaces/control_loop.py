@@ -20,7 +20,7 @@ from observers.quality.sample_screening import (
     is_plausible_first_sample,
     sample_limits_of,
 )
-from observers.quality.wrong_units_or_signs import suspicions
+from observers.quality.wrong_units_or_signs import suspicions_from_state
 from observers.tuning import NO_LIMIT, require_whole
 from symbolic import InvalidInputError
 
@@ -78,7 +78,7 @@ class Loop:
     @property
     def suspicions(self) -> tuple[str, ...]:
         """Causes of `Status.SUSPECT`, or of a scale for which friction is not acquired; else empty."""
-        return suspicions(self.state, self.observer.channel)
+        return suspicions_from_state(self.state, self.observer.channel)
 
     @property
     def state(self) -> Any:

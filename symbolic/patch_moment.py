@@ -29,7 +29,7 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
-from symbolic.array_alias import Array
+from symbolic.float_array import Array
 from symbolic.patch_interface import Expression
 
 
