@@ -177,15 +177,9 @@ def build_step_with_acquisition(
     at_torque, at_sample = added_torques(model, measurement_model, parts, after, theta, psi)
     M_z, output[PREDICTED] = M_z - at_torque, output[PREDICTED] - at_sample
     M_z = ca.if_else(lifted, float("nan"), M_z)
-    slide, declared = full_slide_torque(own["F_N"], rig[0]), named(RIG, rig)["zero_std"]
-    zero_std = slide * share_of_full_slide(declared, slide, fields["zero_std"])
+    zero_std = _zero_std(own["F_N"], rig, fields)
     psi = _behind_gaps(model, own, psi, M_z, added + zero_std**2, theta)
-    own["load"] = own["load_at_rest"] = own["F_N"]
-    if (contact := build_equivalent_contact(model)) is not None:
-        signals = newest_signals(measurement_model, parts, after)
-        signals[SIGNALS.index("F_N")] = own["F_N"]
-        loads, tyre[1] = contact.call([signals, theta, rig[: len(GEOMETRY)]])
-        own["load"], own["load_at_rest"] = ca.vertsplit(loads)
+    tyre[1] = _contact(model, own, newest_signals(measurement_model, parts, after), theta, rig)
     reset = has_flag(named(OUTPUT, output)["status"], Status.RESET)
     changed, tracked = ca.logic_or(reset, own["lost"]), own["acquiring"] == 0
     restarts, anew = ca.logic_and(changed, tracked), ca.logic_or(own["lost"], reset * tracked)
@@ -215,6 +209,25 @@ def build_step_with_acquisition(
     }  # fmt: skip
     outputs = {"state_next": ca.vertcat(after, added_parts.join(state_next)), "output": output}
     return named_function(step.name(), inputs, outputs)
+
+
+def _zero_std(F_N: Expression, rig: Expression, tuning: Parts) -> Expression:
+    """Standard deviation of the torque's zero at this load [N m]."""
+    slide, declared = full_slide_torque(F_N, rig[0]), named(RIG, rig)["zero_std"]
+    return slide * share_of_full_slide(declared, slide, tuning["zero_std"])
+
+
+def _contact(
+    model: Model, own: dict[str, Any], signals: Expression, theta: Expression, rig: Expression
+) -> Expression:
+    """The half-length [m] of `build_equivalent_contact`, whose loads are kept in own."""
+    own["load"] = own["load_at_rest"] = own["F_N"]
+    if (contact := build_equivalent_contact(model)) is None:
+        return rig[0]
+    signals[SIGNALS.index("F_N")] = own["F_N"]
+    loads, half_length = contact.call([signals, theta, rig[: len(GEOMETRY)]])
+    own["load"], own["load_at_rest"] = ca.vertsplit(loads)
+    return half_length
 
 
 def _behind_gaps(

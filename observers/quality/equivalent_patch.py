@@ -42,7 +42,7 @@ MISFIT = 0.05
 
 REST = 1e-3
 """Least rate at which friction is taken [rad/s]: that of a wheel which turns back."""
-COLUMNS = 8
+COLUMNS = 4
 """Bristles over the length whose friction tells that of the patch at a rate [1]."""
 CLEAR, ANY = 3.0, 1e9
 """Deviations within which a torque may be on either flank of a gap [1]; a torque of any size [N m]."""
@@ -104,9 +104,10 @@ def build_equivalent_contact(model: Model) -> ca.Function | None:
                 factor * effect.friction(side, memory, values)
                 for factor, side in zip(factors, sides, strict=True)
             ]
-        contact = ca.vertcat(half_length, geometry[1])
-        values_of = vector_of(model.coordinates, at)
-        return patch.effective_friction(patch_inputs(sides[0], sum(factors) / 2, values_of, contact))
+        contact, values_at = ca.vertcat(half_length, geometry[1]), vector_of(model.coordinates, at)
+        # Without growth the patch itself slides alike under any load.
+        slide = replace(sides[0], F_N=1)
+        return patch.effective_friction(patch_inputs(slide, sum(factors) / 2, values_at, contact))
 
     now = friction(ca.fmax(ca.fabs(given["psi_dot"]), REST))
     # Creep takes long. Friction that falls with speed has no time to rise where the wheel turns back.

@@ -37,6 +37,7 @@ from observers.quality.equivalent_patch import (
     build_patch_angle,
 )
 from observers.tuning import TUNING_FIELDS
+from symbolic.bristle_patch import BristlePatch
 from symbolic.casadi_functions import named_function
 from symbolic.patch_moment import corner_moment_and_derivative
 
@@ -57,7 +58,7 @@ def acquisition_functions(observer: ModelObserver, constants: ConstantSubstituti
         hysteresis_branches.build_present_branch_update(),
         hysteresis_branches.build_new_ground_branches(),
         hysteresis_branches.build_sliding_onset_turn(),
-        _edge(observer, constants.tunable == "all" or contact is not None),
+        _edge(observer, constants.tunable == "all"),
         mu_over_k_hypotheses.build_one_hypothesis_update(has_gear_friction(model)),
         mu_over_k_hypotheses.build_torque_error(),
         expand_with_constants("follow_output", follow, known),
@@ -75,10 +76,12 @@ def acquisition_functions(observer: ModelObserver, constants: ConstantSubstituti
     return [*functions, _observe_torque(observer, constants)]
 
 
-def _edge(observer: ModelObserver, varies: bool) -> ca.Function:
+def _edge(observer: ModelObserver, tunable: bool) -> ca.Function:
     """(z, a, e) -> moment that a stuck patch has beyond z, over k [m^3], `unit_corner_moment`."""
     inputs = symbols(ca.SX, z=1, a=1, e=1)
     z, *geometry = inputs.values()
+    patch = observer.model.patch()
+    varies = tunable or (isinstance(patch, BristlePatch) and patch.traits.growth is not None)
     given = geometry if varies else [ca.SX(observer.rig.a), ca.SX(observer.rig.e)]
     moment = corner_moment_and_derivative(z, *given)[0]
     return named_function("beyond", inputs, {"moment": moment}, cse=True)

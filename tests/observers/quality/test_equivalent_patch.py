@@ -8,7 +8,7 @@ import pytest
 
 from observers import PROFILES, Ekf, Estimates, Status, SteeringTorque, causal_rate, run
 from observers.planning.steering_path import fastest_path
-from observers.quality.equivalent_patch import build_patch_angle
+from observers.quality.equivalent_patch import REST, build_equivalent_contact, build_patch_angle
 from reference_rig import (
     RIG_EFFECTS,
     RigTyre,
@@ -19,6 +19,8 @@ from reference_rig import (
     simulate_bristles,
 )
 from symbolic import Rig
+from symbolic.full_slide import build_full_slide
+from symbolic.patch_moment import full_slide_arm
 from tests.observers.conftest import RIG, K
 from tests.observers.factories import found_model
 
@@ -142,6 +144,51 @@ def test_a_gap_that_the_model_knows_does_not_keep_friction_from_being_known(mu: 
         assert late.sum() > 0.9 * np.count_nonzero(made.t > 8)
         assert found.mu_eff[late] == pytest.approx(mu, rel=0.05)
         assert np.mean(found.status & (Status.INCONSISTENT | Status.SUSPECT) != 0) < 0.1
+
+
+@pytest.mark.parametrize(
+    ("effect", "values", "load"),
+    [
+        ("rate_friction", {"c": 0.11}, 420.0),
+        pytest.param("rate_friction", {"c": -0.08}, 420.0, marks=pytest.mark.long),
+        ("contact_length", {"n": 0.6, "F_0": 400.0, "m": 2.0}, 250.0),
+        pytest.param(
+            "contact_length", {"n": 0.6, "F_0": 400.0, "m": 2.0}, 600.0, marks=pytest.mark.long
+        ),
+    ],
+)
+def test_friction_and_length_that_rate_and_load_change_are_acquired(
+    effect: str, values: dict[str, float], load: float
+) -> None:
+    """Taken for a stiffer or softer patch they kept friction from being known, or passed for a unit."""
+    drive: dict[str, Any] = {"mu": 0.7, "k": K, "load": load, "bristles": 300, "duration": 12.0}
+    for seed in (41, 42):
+        made = make_recording(seed, {effect: values}, **drive)
+        known = {f"{effect}.{name}": value for name, value in values.items()}
+        observer = Ekf(**found_model(known, bristles=40), rig=RIG)
+        found = run(observer, made.t, made.psi, made.F_N, made.M_z)
+        late = found.usable & (made.t > 6)
+
+        assert late.sum() > 0.9 * np.count_nonzero(made.t > 6)
+        assert found.mu[late] == pytest.approx(0.7, rel=0.05)
+        assert np.mean(found.status & (Status.INCONSISTENT | Status.SUSPECT) != 0) < 0.05
+
+
+def test_the_contact_that_slides_as_a_model_does() -> None:
+    """Against the torque of a steady full slide to either side, over mu and the declared arm."""
+    values = {"rate_friction.c": 0.1, "contact_length.n": 0.5, "contact_length.F_0": 300.0}
+    found = found_model(values | {"contact_length.m": 2.0}, bristles=200)
+    model, theta = found["model"], found["model"].theta({**found["values"], "mu": 1.0})
+    contact, slide = build_equivalent_contact(model), build_full_slide(model)
+    memory, geometry = np.zeros(model.memory_size), [0.045, 0.009]
+
+    for psi_dot, F_N in ((0.3, 300.0), (-0.05, 420.0), (0.0, 240.0)):
+        loads, half_length = contact([0.0, psi_dot, F_N, 0.01], theta, geometry)
+        assert float(half_length) == pytest.approx(0.045 * np.sqrt(F_N / 300.0))
+        for load, rate in zip(np.asarray(loads).ravel(), (max(abs(psi_dot), REST), REST), strict=True):
+            expected = float(slide(memory, F_N, theta, geometry, rate)[1])
+            assert load * float(full_slide_arm(half_length, 0.009)) == pytest.approx(expected, rel=0.04)
+    assert build_equivalent_contact(found_model({"carcass_torsion.k_t": 390.0})["model"]) is None
 
 
 def test_the_angle_behind_a_gap() -> None:
