@@ -19,6 +19,7 @@ from identification.fits.parameter_values import UNNAMED_GROUND, ParameterEstima
 from identification.reading.declared_sensor_range import counts_beyond_range, greatest_friction
 from identification.reading.recordings import Recording
 from identification.residuals.partial_correlations import Signatures
+from identification.residuals.repeatability import repeatability
 from identification.residuals.unexplained_residual import unexplained
 from identification.selection.criteria import delta_bic
 from identification.selection.search_step import SearchStep
@@ -77,6 +78,7 @@ def build_diagnosis(
         ),
         criteria=search.criteria,
         stiffness_ratio=farthest_stiffness_ratio(fitted, training),
+        repeatability=repeatability(everything, before.fitted.values.tyre["k"]),
         model_error_before=error_before,
         model_error=error_after,
         without_stand_ins=_without_stand_ins([*rests.values(), *(s.before for s in steps)], effects),

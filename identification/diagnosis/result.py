@@ -16,6 +16,7 @@ from identification.diagnosis.result_parts import (
 from identification.fits.parameter_values import ParameterEstimate, Values
 from identification.loop_plot import matplotlib_text
 from identification.residuals.partial_correlations import Signatures
+from identification.residuals.repeatability import Repeatability
 from identification.residuals.unexplained_residual import Unexplained
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from symbolic import Model, ModelBasis, ModelError
@@ -60,6 +61,7 @@ class Diagnosis:
         model_error: the same of the final model.
         of_car: whether the recordings are of cars, whose mean wheels these are.
         stiffness_ratio: k over the declared one where that is farthest off [1]; 1 within tolerance.
+        repeatability: how well recordings of one ground and load repeat; None without replicates.
         without_stand_ins: the model of all effects but the stand-ins, and its values; None without
             stand-ins, or where the search had no such model.
     """
@@ -85,6 +87,7 @@ class Diagnosis:
     model_error: ModelError | None = None
     of_car: bool = False
     stiffness_ratio: float = 1.0
+    repeatability: Repeatability | None = None
     without_stand_ins: tuple[Model, Values] | None = None
 
     def __repr__(self) -> str:
@@ -161,6 +164,7 @@ class Diagnosis:
             "unexplained": asdict(self.unexplained),
             "parameters": {name: asdict(estimate) for name, estimate in self.parameters.items()},
             "model_error": error and asdict(error) | {"before": before and asdict(before)},
+            "repeatability": self.repeatability and asdict(self.repeatability),
             "notes": list(self.notes),
         }
 

@@ -233,7 +233,7 @@ def motion_and_model_torque(recording: Recording, residual: Array) -> MotionSign
     """The motion of a recording, with the torque of the model that left this residual [N m]."""
     modelled = residual + recording.M_z
     known = np.isfinite(modelled)
-    heading, travel, elapsed = _since_reversal(recording.t, recording.psi)
+    heading, travel, elapsed = since_reversal(recording.t, recording.psi)
     return MotionSignals(
         t=recording.t - recording.t[0],
         psi=recording.psi,
@@ -246,7 +246,7 @@ def motion_and_model_torque(recording: Recording, residual: Array) -> MotionSign
     )
 
 
-def _since_reversal(t: Array, psi: Array) -> tuple[Array, Array, Array]:
+def since_reversal(t: Array, psi: Array) -> tuple[Array, Array, Array]:
     """Heading [1], angle [rad] and time [s] since the last reversal, from where the wheel turned."""
     heading = np.zeros(psi.size)
     start = np.zeros(psi.size, dtype=int)
