@@ -78,7 +78,7 @@ def build_diagnosis(
         ),
         criteria=search.criteria,
         stiffness_ratio=farthest_stiffness_ratio(fitted, training),
-        repeatability=repeatability(everything, before.fitted.values.tyre["k"]),
+        repeatability=repeatability(everything, fitted.values.tyre["k"]),
         model_error_before=error_before,
         model_error=error_after,
         without_stand_ins=_without_stand_ins([*rests.values(), *(s.before for s in steps)], effects),
