@@ -126,6 +126,8 @@ def figures(
         },
         "split_errors": errors_table(split),
         "split_effects": effects_table(split),
+        "repeats": percent(split.repeatability and split.repeatability.spread),
+        "floor": percent(split.repeatability and split.repeatability.nrmse),
         "split_seconds": f"{seconds:.0f}",
         "split_k": value_with_std(split.parameters["k"]),
         "whole_errors": errors_table(whole),
