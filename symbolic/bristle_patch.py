@@ -13,11 +13,11 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
+from symbolic.bristle_slip import BristleSlipSolver, clipped, log_creep_factor, slip
 from symbolic.errors import InvalidInputError
 from symbolic.float_array import Array
 from symbolic.patch_interface import Expression, PatchInputs
 from symbolic.patch_moment import full_slide_arm, unit_gauss_legendre
-from symbolic.slip_at_friction_limit import BristleSlipSolver, clipped, log_creep_factor, slip
 
 SPAN = 1.25
 """Half-lengths over which a patch that grows has bristles; growth is clamped to it [1]."""
@@ -42,7 +42,7 @@ class BristleTraits:
         limits: factors on the friction limit at the speed `|x - e| |psi_dot|` [m/s] at which the wheel
             drives a bristle.
         creep: growth of the limit with the log of each bristle's own sliding speed, see
-            `symbolic.slip_at_friction_limit` [1]; None for none.
+            `symbolic.bristle_slip` [1]; None for none.
         growth: (load [N], a [m]) -> half-length of the patch over a [1], None for a.
         half_width: half-width of the patch [m], None for a line.
         relaxation: the Maxwell branch, None for none.
@@ -71,7 +71,7 @@ class BristlePatch:
 
     `columns` stand over the length, half as many where `rows` over the half-width smooth the sum. The
     memory holds q/a of every bristle and, with relaxation, the stress of its Maxwell branch in the same
-    unit. `solver` takes the place of `symbolic.slip_at_friction_limit.bristle_slip_solver`.
+    unit. `solver` takes the place of `symbolic.bristle_slip.bristle_slip_solver`.
     """
 
     traits: BristleTraits

@@ -21,7 +21,7 @@ from brushgrip.commands.options import (
 from brushgrip.inputs.option_choices import ObserverName
 
 if TYPE_CHECKING:
-    from brushgrip.running.row_file import Row
+    from brushgrip.running.row_spool import Row
     from identification import FoundModel
 
 MAX_PRINTED = 20

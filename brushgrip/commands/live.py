@@ -24,7 +24,7 @@ from brushgrip.commands.options import (
 from brushgrip.inputs.option_choices import ObserverName
 
 if TYPE_CHECKING:
-    from brushgrip.live.sender import FrictionSender
+    from brushgrip.live.friction_sender import FrictionSender
     from brushgrip.live.session import Session
 
 
@@ -98,7 +98,7 @@ class LiveRequest:
 
     def run(self) -> None:
         """Follow the source until it is told to end."""
-        from brushgrip.live.sender import DATABASE, FrictionSender
+        from brushgrip.live.friction_sender import DATABASE, FrictionSender
         from brushgrip.outputs.atomic import staged_file, write_utf8
 
         if self.send_dbc is not None:

@@ -104,7 +104,7 @@ class PlanRequest:
         from observers import aligning_torque_for, plan
         from observers.interfaces.factory import read_vehicle_file
         from observers.planning.noisy_forecast import assumed_noise
-        from observers.planning.plan_request import MUS
+        from observers.planning.plan_request_check import MUS
 
         limits, target = chosen_limits(self.limit), parse_share(self.target)
         mus = MUS if self.mu is None else parse_frictions(self.mu)

@@ -99,7 +99,8 @@ class FrictionOutcome:
                 "load": self.load if stage is self.after else None,
                 "without_stand_ins": dict(self.without_stand_ins) if stage is self.after else {},
                 "recordings": {
-                    recording: asdict(consistency) | usable_part(self.tracks_of(label).get(recording))
+                    recording: asdict(consistency)
+                    | summarise_usable(self.tracks_of(label).get(recording))
                     for recording, consistency in stage.items()
                 },
             }
@@ -116,7 +117,7 @@ def mean_figures(stage: Stage, recordings: Iterable[str]) -> dict[str, float | N
     return {figure: _mean([getattr(one, figure) for one in chosen]) for figure in FIGURES}
 
 
-def usable_part(track: FrictionTrack | None) -> dict[str, float | None]:
+def summarise_usable(track: FrictionTrack | None) -> dict[str, float | None]:
     """Share of usable samples [1], and time [s] and friction [1] of the last; None without any."""
     if track is None:
         return {}

@@ -12,7 +12,7 @@ from brushgrip.estimation.friction_by_direction import (
     gated_by_single_friction,
     without_directional_friction,
 )
-from brushgrip.estimation.signal_map_correction import in_channels
+from brushgrip.estimation.signal_map_remedy import in_channels
 from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.inputs.option_values import ChosenTuning
 from brushgrip.wording.friction_in_words import last_uncontradicted

@@ -16,7 +16,7 @@ from brushgrip.estimation.observe_recording import (
     torque_channel_name,
     with_mean_wheel,
 )
-from brushgrip.estimation.signal_map_correction import TIME, causes_with_map
+from brushgrip.estimation.signal_map_remedy import TIME, causes_with_map
 from brushgrip.wording.formatting import band_decimals
 from brushgrip.wording.friction_in_words import LACKING, LACKING_STILL, MIN_REPORTED_SHARE
 from identification import FoundModel, Recording

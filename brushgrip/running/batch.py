@@ -45,7 +45,7 @@ from brushgrip.outputs.console import Progress, progress
 from brushgrip.outputs.standard_streams import REMARKS
 from brushgrip.pictures.friction import draw_friction
 from brushgrip.running.cluster import cluster_or_local_executor
-from brushgrip.running.row_file import Row, RowFile
+from brushgrip.running.row_spool import Row, RowSpool
 from brushgrip.wording.formatting import csv_field, csv_text
 from brushgrip.wording.friction_in_words import (
     band_parts,
@@ -153,7 +153,7 @@ def estimate_all(
 
     The fault of one does not stop the others.
     """
-    numbers, rows = dict[Future[EstimateOutcome], int](), RowFile(count)
+    numbers, rows = dict[Future[EstimateOutcome], int](), RowSpool(count)
 
     def submitted() -> Iterator[Future[EstimateOutcome]]:
         for number, task in enumerate(tasks):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from identification.diagnosis.error_stages import declared_errors, left_out_residuals
-from identification.diagnosis.from_search import build_diagnosis, friction_beyond_range
+from identification.diagnosis.from_search import build_diagnosis, note_slide_beyond_sensor
 from identification.diagnosis.graded_effects import assumed_tolerances_note
 from identification.diagnosis.result import Diagnosis
 from identification.experiments.discriminating_experiment import propose
@@ -17,9 +17,9 @@ from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.fits.parameter_values import grounds_of
 from identification.fits.single_threaded_blas import one_thread
 from identification.reading.declared_sensor_range import left_out_note, within_declared_range
+from identification.reading.declared_torques import farthest_standstill_without_gear
 from identification.reading.recordings import Recording
 from identification.reading.trimming_and_thinning import thin_recordings
-from identification.reading.vehicle_torques import farthest_standstill_without_gear
 from identification.residuals.partial_correlations import signatures
 from identification.residuals.residual_signals import check_signatures
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
@@ -93,7 +93,7 @@ def diagnose(
         proposals = _proposals(search, steps)
         results = declared.result(), [future.result() for future in followed]
     result = build_diagnosis(search, steps, rests, *results, left_out, proposals)
-    notes += friction_beyond_range(result.model, result.values, as_read)
+    notes += note_slide_beyond_sensor(result.model, result.values, as_read)
     return replace(result, notes=(*notes, *result.notes), of_car=bool(recordings[0].standstills))
 
 

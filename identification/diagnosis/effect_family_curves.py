@@ -17,8 +17,8 @@ from identification.reading.recordings import Recording
 from identification.selection.trial import RANKING, model_of
 from symbolic import Effect, Expression, Model, Signals, parameter_name, simulate
 from symbolic.bristle_patch import BristleTraits
+from symbolic.bristle_slip import REST_SPEED, log_creep_factor
 from symbolic.float_array import Array
-from symbolic.slip_at_friction_limit import REST_SPEED, log_creep_factor
 
 POINTS = 60
 """Points of a curve, and of each leg of a loop."""

@@ -6,8 +6,8 @@ import numpy as np
 
 from identification.fits.fitting import AT_BOUND, Fit
 from identification.reading.car_recordings import Standstills
+from identification.reading.declared_torques import JACKING
 from identification.reading.recordings import Recording
-from identification.reading.vehicle_torques import JACKING
 from symbolic import USUAL, InvalidInputError
 from symbolic.tables.found_model import is_of_other_scale
 from symbolic.vehicle.contact_about_kingpin import growth_to_full_lock

@@ -100,7 +100,7 @@ BEYOND_RANGE = "full slide is beyond the range of the torque's sensor"
 """How the note on it begins."""
 
 
-def friction_beyond_range(
+def note_slide_beyond_sensor(
     model: Model, values: Values, recordings: Sequence[Recording]
 ) -> tuple[str, ...]:
     """Note on recordings, as read, whose full slide is beyond the range of the torque's sensor, if any.

@@ -10,8 +10,8 @@ from identification.fits.loss import influence
 from identification.fits.options import FitOptions, OwnerAndName
 from identification.fits.parameter_values import Values, ground_of, grounds_of, rig_parameters
 from identification.reading.declared_sensor_range import within_declared_range
+from identification.reading.declared_torques import vehicle_torques
 from identification.reading.recordings import Recording
-from identification.reading.vehicle_torques import vehicle_torques
 from symbolic import (
     GEOMETRY,
     RIG_DIRECTIONS,

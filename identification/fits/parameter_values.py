@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from identification.fits.options import OwnerAndName
+from identification.reading.declared_torques import vehicle_torques
 from identification.reading.recordings import Recording
-from identification.reading.vehicle_torques import vehicle_torques
 from symbolic import (
     TOLERATED,
     InvalidInputError,

@@ -20,8 +20,8 @@ from identification.fits.fitting import Fit, fit
 from identification.fits.least_squares_problem import signals_of
 from identification.fits.parameter_values import ParameterEstimate
 from identification.reading.car_plausibility import require_unclipped
+from identification.reading.declared_torques import farthest_standstill_without_gear
 from identification.reading.recordings import Recording
-from identification.reading.vehicle_torques import farthest_standstill_without_gear
 from symbolic import InvalidInputError, Model, full_slide_arm, simulate
 from symbolic.parameters import Tolerances
 from symbolic.vehicle.mean_wheel import friction_uncertainties

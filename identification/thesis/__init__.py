@@ -1,17 +1,17 @@
 """Methods of [Györök 2022] for comparison: FFT and decrement, networks, towing, published estimates."""
 
-from identification.thesis.author_estimate import (
-    AuthorEstimate,
-    aligned,
-    author_estimate_file,
-    read_author_estimate,
-)
 from identification.thesis.friction_network import (
     Activation,
     FrictionNetwork,
     NetworkDesign,
     label_mean,
     train_network,
+)
+from identification.thesis.published_estimate import (
+    AuthorEstimate,
+    aligned,
+    author_estimate_file,
+    read_author_estimate,
 )
 from identification.thesis.stiffness_by_fft_and_decrement import (
     DecrementIdentification,

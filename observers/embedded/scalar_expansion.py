@@ -227,8 +227,8 @@ def _vector_name(name: str) -> str:
 def with_meanings(text: str) -> str:
     """C of CasADi's with a word on each of its functions that has a name here."""
 
-    def told(line: re.Match[str]) -> str:
+    def add_meaning(line: re.Match[str]) -> str:
         about = ABOUT.get(line[1], "")
         return f"/* {about} {line[1]}:{line[2]} */" if about else line[0]
 
-    return re.sub(r"^/\* (\w+):(.*) \*/$", told, text, flags=re.MULTILINE)
+    return re.sub(r"^/\* (\w+):(.*) \*/$", add_meaning, text, flags=re.MULTILINE)

@@ -28,7 +28,7 @@ from observers.planning.forecast import (
     percent_beside,
 )
 from observers.planning.noisy_forecast import RUNS, NoisyForecaster
-from observers.planning.plan_request import MUS, check_plan_request
+from observers.planning.plan_request_check import MUS, check_plan_request
 from observers.planning.steering_path import (
     RAMP,
     SteeringLimits,

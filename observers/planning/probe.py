@@ -23,7 +23,7 @@ from observers.layout import ObserverState
 from observers.planning.advice import Advice
 from observers.planning.forecast import ForecastCase, Forecaster
 from observers.planning.plan import NEVER, REST, Plan, plan
-from observers.planning.plan_request import MUS, check_plan_request
+from observers.planning.plan_request_check import MUS, check_plan_request
 from observers.planning.steering_path import KINDS, PathPoint, SteeringLimits, SteeringPath, changed_path
 from observers.planning.stop_reasons import (
     MAX_DEVIATION,

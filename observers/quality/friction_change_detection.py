@@ -46,7 +46,7 @@ def change_monitor_fields(measurement_model: MeasurementModel) -> tuple[str, ...
     return (*MONITOR, *REFERENCE) if OTHER in measurement_model.states else MONITOR
 
 
-def predicted_reference(kept: Expression, log_mu: Expression, P: Expression, now: Expression) -> Parts:
+def predict_reference(kept: Expression, log_mu: Expression, P: Expression, now: Expression) -> Parts:
     """As `REFERENCE` at the sample now, as `CLEAN`, from that of the last one.
 
     log_mu is predicted, of the direction that loads the patch, P its variance: where a reference begins.

@@ -23,7 +23,7 @@ from observers.quality.friction_change_detection import (
     STROKE_CHANGE,
     change_monitor_fields,
     has_changed,
-    predicted_reference,
+    predict_reference,
     reset_reference,
     update_change_statistic,
 )
@@ -100,7 +100,7 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
         innovation, H[at], variance, share, quiet, monitor[: len(MONITOR)], tuning
     )
     if OTHER in measurement_model.states:
-        kept = predicted_reference(monitor[len(MONITOR) :], x[at], inputs["P"][at, at], now)
+        kept = predict_reference(monitor[len(MONITOR) :], x[at], inputs["P"][at, at], now)
         about = innovation + H[at] * (x[at] - kept["reference"])
         # An outlier is one to the estimate; to the reference, a change would be one.
         weight = weight * accepted * huber_weight(innovation, huber_scale, H_P_H)

@@ -1,6 +1,6 @@
 """One bristle, a sample and the elements in series as Functions of scalars, with their derivatives.
 
-The expressions are those of `symbolic.bristle_patch`, `symbolic.slip_at_friction_limit`,
+The expressions are those of `symbolic.bristle_patch`, `symbolic.bristle_slip`,
 `symbolic.elements_in_series` and the effects, with one bristle in the place of all.
 `symbolic.compilation.bristle_kernel` makes a recording of them.
 """
@@ -11,6 +11,7 @@ from typing import Any
 import casadi as ca
 
 from symbolic.bristle_patch import BristlePatch
+from symbolic.bristle_slip import bristle_slip_solver
 from symbolic.casadi_functions import named_function
 from symbolic.elements_in_series import build_series_torque
 from symbolic.model import (
@@ -22,7 +23,6 @@ from symbolic.model import (
     torque_of_memories,
 )
 from symbolic.patch_interface import Expression, Signals, patch_inputs
-from symbolic.slip_at_friction_limit import bristle_slip_solver
 
 Functions = dict[str, ca.Function]
 SCALARS = (*SIGNALS, "factor", "memory_torque")
@@ -33,7 +33,7 @@ PLACES = ("lever", "limit", "moment")
 SHARED = 4
 """How many follow there that all bristles share."""
 FOUND = 4
-"""Results of `symbolic.slip_at_friction_limit.bristle_slip_solver`."""
+"""Results of `symbolic.bristle_slip.bristle_slip_solver`."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,7 +1,7 @@
 """Friction that grows with the logarithm of each bristle's own sliding speed, so that it creeps.
 
 `rate_friction` takes the speed |x - e| |psi_dot| at which the wheel drives a bristle; here it is the
-speed at which the bristle slides (`symbolic.slip_at_friction_limit`). One that the turning wheel still
+speed at which the bristle slides (`symbolic.bristle_slip`). One that the turning wheel still
 loads does not slide yet, and one that is no longer driven creeps on, ever slower, in place of losing
 stress at once. The mu of a model with it is that at 1 mm/s.
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import casadi as ca
 
 from symbolic.bristle_patch import BristleTraits
+from symbolic.bristle_slip import REFERENCE_SPEED, REST_SPEED
 from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values, with_limit
-from symbolic.slip_at_friction_limit import REFERENCE_SPEED, REST_SPEED
 
 MIN_FACTOR = 0.05
 """The logarithm is not followed below this factor [1]."""

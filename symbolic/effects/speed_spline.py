@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import casadi as ca
 
 from symbolic.bristle_patch import BristleTraits
+from symbolic.bristle_slip import REFERENCE_SPEED, REST_SPEED
 from symbolic.effects.base import Effect, Expression, Parameter, Values, with_limit
 from symbolic.effects.rate_friction import MIN_FACTOR
-from symbolic.slip_at_friction_limit import REFERENCE_SPEED, REST_SPEED
 
 KNOTS = (REST_SPEED, 2e-3, 6e-3)
 """Speeds at which a slope begins [m/s]."""

@@ -42,7 +42,7 @@ def rig_from_tables(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
         InvalidInputError: a section or key is missing or unknown, a value is not a number within its
             range, or a length is one in millimetres.
     """
-    require_sections(document, ("rig", "tyre", "sensor", SIGNALS))
+    refuse_unknown_sections(document, ("rig", "tyre", "sensor", SIGNALS))
     rig, tolerances = _without_tolerances("rig", document.get("rig"))
     tyre, of_tyre = _without_tolerances("tyre", document.get("tyre"))
     tolerances |= of_tyre
@@ -58,7 +58,7 @@ def rig_from_tables(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
     return rig_and_tyre(values, tolerances=tolerances)
 
 
-def require_sections(document: Mapping[str, object], sections: Sequence[str]) -> None:
+def refuse_unknown_sections(document: Mapping[str, object], sections: Sequence[str]) -> None:
     """Check that a file has only these sections.
 
     Raises:

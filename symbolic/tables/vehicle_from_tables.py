@@ -6,7 +6,7 @@ from dataclasses import fields
 from typing import Any
 
 from symbolic.errors import InvalidInputError
-from symbolic.tables.rig_from_tables import SIGNALS, require_sections
+from symbolic.tables.rig_from_tables import SIGNALS, refuse_unknown_sections
 from symbolic.tables.toml_and_json_parsing import (
     absolute_tolerance,
     excerpt,
@@ -49,7 +49,7 @@ def vehicle_from_tables(document: Mapping[str, object]) -> Vehicle:
     Raises:
         InvalidInputError: a key is missing or unknown, or a value is out of its range.
     """
-    require_sections(document, (VEHICLE, SIGNALS))
+    refuse_unknown_sections(document, (VEHICLE, SIGNALS))
     section = document.get(VEHICLE)
     if not isinstance(section, dict):
         raise InvalidInputError(

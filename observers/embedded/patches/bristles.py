@@ -22,10 +22,10 @@ from observers.estimators.model_observer import ModelObserver
 from observers.measurement.linearisation import angle_is_state
 from symbolic import Model
 from symbolic.bristle_patch import SPAN
+from symbolic.bristle_slip import REFERENCE_SPEED, REST_SPEED
 from symbolic.compilation.scalar_c import c_function, c_records
 from symbolic.elements_in_series import BALANCE_STEPS
 from symbolic.patch_moment import full_slide_arm
-from symbolic.slip_at_friction_limit import REFERENCE_SPEED, REST_SPEED
 
 OMEGA = (-12, 24)
 """Arguments between which Wright's function is a table; it is e^x before."""

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.estimation.signal_map_correction import ANGLE, SIGN, TIME, UNITS
+from brushgrip.estimation.signal_map_remedy import ANGLE, SIGN, TIME, UNITS
 from observers.quality.wrong_units_or_signs import EVIDENCE, flags_by_message
 from reference_rig import make_ground_recording, make_recording, make_steering_recording
 from tests.brushgrip.helpers import PNG, Run, Write, contents, table_of, write_model

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification import Recording, diagnose, fit
-from identification.diagnosis.from_search import friction_beyond_range
+from identification.diagnosis.from_search import note_slide_beyond_sensor
 from identification.fits.parameter_values import Values, complete_values
 from identification.reading.declared_sensor_range import left_out_note, within_declared_range
 from reference_rig import make_recording
@@ -91,8 +91,8 @@ def test_no_lower_bound_is_told_of_a_torque_that_never_came_near_the_range() -> 
     ample, model = ranged(recording(), 10.0), Model()
     values = complete_values(model, Values(tyre={"k": 2e6}, own={"one": {"mu": 3.0}}), [ample])
 
-    assert friction_beyond_range(model, values, [ample]) == ()
-    (note,) = friction_beyond_range(model, values, [touching_range(ample)])
+    assert note_slide_beyond_sensor(model, values, [ample]) == ()
+    (note,) = note_slide_beyond_sensor(model, values, [touching_range(ample)])
     assert "measured is only one 1." in note
 
 
@@ -105,7 +105,7 @@ def test_friction_that_grows_reaches_beyond_the_range_at_the_end(gain: float, be
     own = {"one": {"mu": 0.75 * slide}}
     values = complete_values(model, Values(tyre={"k": 2e6, **drift}, own=own), [ample])
 
-    assert bool(friction_beyond_range(model, values, [touching_range(ample)])) == beyond
+    assert bool(note_slide_beyond_sensor(model, values, [touching_range(ample)])) == beyond
 
 
 def test_torques_left_out_are_counted_among_those_there_are() -> None:

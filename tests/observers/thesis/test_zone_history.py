@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from identification import read_recording
-from identification.thesis.author_estimate import aligned, author_estimate_file, read_author_estimate
+from identification.thesis.published_estimate import aligned, author_estimate_file, read_author_estimate
 from observers import zone_history
 from symbolic.patch_interface import PatchInputs
 from symbolic.zone_patch import ZonePatch

@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identification.thesis.author_estimate import aligned, author_estimate_file, read_author_estimate
+from identification.thesis.published_estimate import aligned, author_estimate_file, read_author_estimate
 from tests.refusal import fault_of, refused
 
 HEADER = ",".join(["NaN"] * 12)

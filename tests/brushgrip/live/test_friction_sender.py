@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from brushgrip.live.sender import DATABASE, IDENTIFIER, can_frame, json_datagram
+from brushgrip.live.friction_sender import DATABASE, IDENTIFIER, can_frame, json_datagram
 from brushgrip.live.session_state_in_words import State
 from identification import read_recording, read_rig
 from observers import Ekf, Estimate, Status, from_files

@@ -17,7 +17,7 @@ from brushgrip.wording.recording_remarks import usual_duration, with_early_end
 Row = Mapping[str, str | int | float]
 
 
-class RowFile(Sequence[Row]):
+class RowSpool(Sequence[Row]):
     """Rows in a temporary file, written as they come, in any order, and read when all are there.
 
     Those of recordings much shorter than most have a remark on that. In memory are two numbers a row.

@@ -10,8 +10,8 @@ from identification import Recording, fit, read_recording
 from identification.fits.least_squares_problem import LeastSquaresProblem
 from identification.fits.options import FitOptions
 from identification.fits.parameter_values import initial_guess
+from identification.reading.declared_torques import farthest_standstill_without_gear, vehicle_torques
 from identification.reading.trimming_and_thinning import trimmed
-from identification.reading.vehicle_torques import farthest_standstill_without_gear, vehicle_torques
 from symbolic import Model
 from tests.columns import write_columns
 from tests.simulated_car import SimulatedCar, declared_vehicle, steering

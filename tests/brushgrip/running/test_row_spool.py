@@ -6,14 +6,14 @@ from typing import Any
 
 import pytest
 
-from brushgrip.running.row_file import RowFile
+from brushgrip.running.row_spool import RowSpool
 from identification.selection import trial_runner
 from identification.selection.trial_runner import as_completed
 
 
 def test_rows_come_back_in_order_with_a_remark_on_those_that_end_early() -> None:
     durations = {"a": 14.0, "b": 0.59, "c": "", "d": 14.0, "e": 7.0, "f": 14.0}
-    rows = RowFile(len(durations))
+    rows = RowSpool(len(durations))
     given: list[dict[str, Any]] = [
         {"recording": name, "duration": seconds, "remark": "it lies"}
         for name, seconds in durations.items()
@@ -29,7 +29,7 @@ def test_rows_come_back_in_order_with_a_remark_on_those_that_end_early() -> None
 
 
 def test_a_row_that_is_not_there_is_no_other_one() -> None:
-    rows = RowFile(2)
+    rows = RowSpool(2)
     rows.put(1, {"duration": 1.0, "recording": "b"})
     with pytest.raises(LookupError, match="there is no row 0 yet"):
         list(rows)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from symbolic.slip_at_friction_limit import REFERENCE_SPEED, REST_SPEED, slip
+from symbolic.bristle_slip import REFERENCE_SPEED, REST_SPEED, slip
 
 Array = NDArray[np.float64]
 STRESS = np.array([-3.0, -1.0, -0.5, 0.0, 0.4, 0.99, 1.0, 1.01, 1.3, 2.0, 8.0, 300.0])
