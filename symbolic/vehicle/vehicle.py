@@ -25,6 +25,9 @@ CORNERING = 15.0
 """Cornering stiffness over the load of a passenger car's tyre [1/rad]; [Pacejka 2012], chapter 1."""
 LEAST_GAIN, MOST_GAIN = 0.00125, 0.06
 """Way of the rack over the turn of its pinion [m/rad]."""
+MOST_WAY = 0.2
+"""Way of the rack to one side that no car has [m]."""
+IN_SI = "angles are in rad, 6.283 a turn and 0.01745 a degree, and ways in m"
 STD_PER_TOLERANCE = 0.68
 """Standard deviation of a declared value over its tolerance [1]: more than where it may be anywhere
 within, 0.58, so that bands hold for most cars with all values but the force's scale at an end of
@@ -178,14 +181,29 @@ class Vehicle:
                 raise InvalidInputError(
                     "rack_by_handwheel must have pairs of rad and m to the left, each from"
                     f" {LEAST_GAIN:g} to {MOST_GAIN:g} m/rad on from the one before, got"
-                    f" {angle:g}, {way:g} after {before[0]:g}, {before[1]:g}"
+                    f" {angle:g}, {way:g} after {before[0]:g}, {before[1]:g}; {IN_SI}"
                 )
+        self._check_pairs(pairs)
         for name, (least, most, unit) in RANGES.items():
             value = getattr(self, name)
             if value is not None and not (least <= value <= most and (isfinite(value) or most == inf)):
                 raise InvalidInputError(
                     f"{name} must lie between {least:g} and {most:g} {unit}, got {value:g}"
                 )
+
+    def _check_pairs(self, pairs: "Pairs") -> None:
+        """Raises InvalidInputError where pairs are of a steering as no car has one."""
+        if pairs and pairs[-1][1] > MOST_WAY:
+            raise InvalidInputError(
+                f"rack_by_handwheel ends {pairs[-1][1]:g} m from the middle, more than {MOST_WAY:g} m;"
+                f" {IN_SI}"
+            )
+        least, most, _ = RANGES["steering_ratio"]
+        if pairs and not least <= (ratio := self.steering_arm / self.rack_gain) <= most:
+            raise InvalidInputError(
+                f"rack_by_handwheel is a steering ratio of {ratio:.3g} straight ahead, which must lie"
+                f" between {least:g} and {most:g}; {IN_SI}"
+            )
 
     @property
     def wheel_load(self) -> float:

@@ -13,8 +13,10 @@ import pytest
 import observers
 from brushgrip.outputs import plan_texts
 from symbolic import Model, Rig
+from symbolic.vehicle.rack_pinion_ratio import pinion_of_rack
 from tests.brushgrip.helpers import Outcome, Run, table_of
 from tests.each_once import each_once
+from tests.simulated_car import declared_vehicle, vehicle_text
 
 pytestmark = pytest.mark.usefixtures("optimised")
 PlanRun = Callable[..., Outcome]
@@ -104,6 +106,19 @@ def test_says_why_a_target_is_out_of_reach(planning: PlanRun) -> None:
     assert "a dash: with noise in fewer than 18 of 20 simulated runs; sigma/mu is there" in partly.out
     assert "no path within the limits reaches 5.0% on mu = " in partly.err
     assert "0.8; the best one was found" in partly.err
+
+
+@pytest.mark.long
+def test_a_steering_whose_ratio_varies_is_planned_by_its_pairs(run: Run, tmp_path: Path) -> None:
+    pairs = [[1.5, 0.011], [3.0, 0.024], [8.0, 0.075]]
+    (tmp_path / "car.toml").write_text(vehicle_text(rack_by_handwheel=pairs))
+    options = ("--mu", "0.6", "--target", "15%", "--out", "p.csv")
+    assert run("plan", "--vehicle", "car.toml", *options).status == 0
+    table, car = table_of(tmp_path / "p.csv"), declared_vehicle(rack_by_handwheel=pairs)
+
+    # The test's vehicle loses no lever.
+    assert table["handwheel"] == pytest.approx(pinion_of_rack(car, 0.125 * table["psi"]), abs=1e-3)
+    assert np.ptp(table["handwheel"]) > 0.2
 
 
 @pytest.mark.long

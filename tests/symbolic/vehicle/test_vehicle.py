@@ -221,6 +221,8 @@ def test_a_ratio_that_varies() -> None:
         ([[1.5, 0.012], [3.0, 0.011]], "1.5, 0.012"),
         ([[1.5, 12.0]], "0.06 m/rad"),
         ([[90.0, 0.012]], "0.00125 to"),
+        ([[0.25, 0.0115], [0.5, 0.0251]], "a steering ratio of 2.72 straight ahead"),
+        ([[86.0, 1.1], [172.0, 2.4], [458.0, 7.5]], "7.5 m from the middle, more than 0.2 m; angles"),
         ([[float("inf"), float("inf")]], "rack_by_handwheel"),
         ([[1.5, "wide"]], "rack_by_handwheel"),
         ([], "rack_by_handwheel: write"),
