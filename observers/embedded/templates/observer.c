@@ -206,7 +206,7 @@ void ${name}_estimate(const ${name}_state_t *state, ${name}_estimate_t *estimate
     }
     estimate->${name} = state->${result}[OUT_${name|upper}]; %% for name in numbers
     estimate->status = (int32_t)state->${result}[OUT_STATUS];
-    estimate->informed = estimate->mu_std < ${informed_std_limit} * estimate->mu &&
+    estimate->informed = estimate->mu_std < ${informed_below} * estimate->mu &&
                          (estimate->status & ${uninformed}) == 0;
     estimate->usable = estimate->informed != 0 && estimate->status == ${NAME}_USED;
 }
