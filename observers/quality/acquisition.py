@@ -74,6 +74,9 @@ torques in a row, computed from the steering torque, that friction does not expl
 is acquired anew; torques predicted at the last two of them [N m]; 1 once the model has explained torque
 since the handover, 2 where nothing lasted, `PROVED` where it has for long; smoothed innovation [N m];
 angle behind the gaps in series with the patch [rad]."""
+SWINGS = 1.25
+"""Friction of the present rate over that of rest from which on a model of it is believed only after a
+turn back [1]: until then a wrong law of speed and another stiffness look alike."""
 KEPT = (Status.MISSING, Status.HELD, Status.RESET)
 """Flags of the estimator that count while friction is acquired."""
 
@@ -153,14 +156,15 @@ def build_acquisition_decision(
 ) -> ca.Function:
     """A sample while friction is acquired.
 
-    (own, verdict, output, widest, counted, share, M_z, added, tyre, limits, friction) -> (own, handover,
-    output), the second in the order of `handover_names`; counted is 1 where a torque was weighed, share
-    what it is worth; friction is the patch's; M_z and added are as for `build_hypothesis_search_step`.
+    (own, verdict, output, widest, turns, counted, share, M_z, added, tyre, limits, friction) -> (own,
+    handover, output), the second in the order of `handover_names`; turns is the number of turning points
+    in use, counted 1 where a torque was weighed, share what it is worth; friction is the patch's; M_z and
+    added are as for `build_hypothesis_search_step`.
     """
     is_scaled, states = bool(measurement_model.scaled), states_handed_over(measurement_model.states)
     inputs = symbols(
-        ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), widest=1, counted=1, share=1,
-        M_z=1, added=1, tyre=3, limits=len(SETTINGS), friction=1,
+        ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), widest=1, turns=1, counted=1,
+        share=1, M_z=1, added=1, tyre=3, limits=len(SETTINGS), friction=1,
     )  # fmt: skip
     own, limits = named(OWN, inputs["own"]), named(SETTINGS, inputs["limits"])
     verdict, output = named(VERDICT, inputs["verdict"]), named(OUTPUT, inputs["output"])
@@ -172,6 +176,9 @@ def build_acquisition_decision(
     told = (own, verdict, output, limits, sample, verdict["variance"] + by_error)
     zero, gear = is_scaled * verdict["zero"], "gear" in states
     decided = may_hand_over(*told, zero, memoryless_share=patch.memoryless_share, gear=gear)
+    if patch.misfit > 0:
+        swings = own["load"] > SWINGS * own["load_at_rest"]
+        decided = ca.logic_and(decided, ca.logic_not(ca.logic_and(inputs["turns"] == 1, swings)))
     spread, doubtful = limits["stiffness_std"] ** 2, verdict["var_log_gain"] + SHRINK**2 * error
     # A model that was found knows its k better than the declared patch that stands for it does.
     log_scale = is_scaled * (patch.misfit == 0) * verdict["log_gain"] * spread / (spread + doubtful)
@@ -279,7 +286,8 @@ def build_acquisition_step(patch: EquivalentPatch, measurement_model: Measuremen
         search, verdict, numbers["phase"], len(RATIOS), psi, numbers["F_N"],
         ca.vertcat(numbers["load"], numbers["load_at_rest"]), M_z, added, tyre, limits, *dry,
     )  # fmt: skip
-    widest = named(TRACK, search_layout(gear).split(search)["track"])["widest"]
+    track = named(TRACK, search_layout(gear).split(search)["track"])
+    path = (track["widest"], track["count"])
     conclude = build_acquisition_decision(patch, measurement_model)
-    results = conclude(own, verdict, output, widest, counted, share, M_z, added, tyre, limits, friction)
+    results = conclude(own, verdict, output, *path, counted, share, M_z, added, tyre, limits, friction)
     return ca.Function("acquire", [*inputs.values()], [search, verdict, *results])

@@ -89,12 +89,14 @@ def build_equivalent_contact(model: Model) -> ca.Function | None:
     given, at = named(SIGNALS, signals), {**named(model.coordinates, theta), "mu": 1}
     patch, F_N, half_length = model.patch(theta), given["F_N"], geometry[0]
     _, _, counted = model.split(ca.MX.zeros(model.memory_size))
-    creeps = False
+    bristles, creeps = None, False
     if isinstance(patch, BristlePatch):
-        if patch.traits.growth is not None:
-            half_length = half_length * ca.fmin(SPAN, patch.traits.growth(F_N, geometry[0]))
-        creeps = patch.traits.creep is not None
-        patch = BristlePatch(traits=replace(patch.traits, growth=None), columns=COLUMNS, rows=1)
+        traits = patch.traits
+        if traits.growth is not None:
+            half_length = half_length * ca.fmin(SPAN, traits.growth(F_N, geometry[0]))
+        if (creeps := traits.creep is not None) or traits.limits:
+            columns = COLUMNS if traits.half_width is None else 2 * COLUMNS
+            bristles = BristlePatch(traits=replace(traits, growth=None), columns=columns, rows=1)
 
     def friction(rate: Expression) -> Expression:
         sides = [Signals(psi=0, psi_dot=side, F_N=F_N, dt=1) for side in (rate, -rate)]
@@ -104,10 +106,13 @@ def build_equivalent_contact(model: Model) -> ca.Function | None:
                 factor * effect.friction(side, memory, values)
                 for factor, side in zip(factors, sides, strict=True)
             ]
+        factor = sum(factors) / 2
+        if bristles is None:
+            return factor
         contact, values_at = ca.vertcat(half_length, geometry[1]), vector_of(model.coordinates, at)
-        # Without growth the patch itself slides alike under any load.
-        slide = replace(sides[0], F_N=1)
-        return patch.effective_friction(patch_inputs(slide, sum(factors) / 2, values_at, contact))
+        slide = patch_inputs(replace(sides[0], F_N=1), factor, values_at, contact)
+        neutral = replace(bristles, traits=replace(bristles.traits, limits=(), creep=None))
+        return factor * bristles.effective_friction(slide) / neutral.effective_friction(slide)
 
     now = friction(ca.fmax(ca.fabs(given["psi_dot"]), REST))
     # Creep takes long. Friction that falls with speed has no time to rise where the wheel turns back.

@@ -250,7 +250,7 @@ def concluded(
     found = dict.fromkeys(VERDICT, 0.0) | {"variance": 1e-3, "verified": 1, "wiped": 1} | verdict
     told = dict.fromkeys(OUTPUT, 1.0) | {"status": 0} | output
     conclude = build_acquisition_decision(patch, AligningTorque())
-    given: list[Any] = [[*own.values()], [*found.values()], [*told.values()], 0.5, 1, 1, M_z, 0]
+    given: list[Any] = [[*own.values()], [*found.values()], [*told.values()], 0.5, 1, 1, 1, M_z, 0]
     limits = [getattr(tuning, name) for name in SETTINGS]
     after, *_ = conclude(*given, [K, RIG.a, RIG.e], limits, patch.friction)
     return dict(zip(OWN, np.asarray(after).ravel(), strict=True))

@@ -171,7 +171,7 @@ static ${real} search(${name}_state_t *state, int32_t beside, ${real} psi, ${rea
 static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} added, const ${real} *tyre, const ${real} *limits) {
     ${real} own[OWNS], handed[${handover}], share;
     const ${real} counts = search(state, HYPOTHESES, psi, M_z, added, tyre, limits, &share);
-    conclude(state->own, state->verdict, state->output, state->track[TRACK_WIDEST], counts, share, M_z, added, tyre, limits, own, handed, state->result);
+    conclude(state->own, state->verdict, state->output, state->track[TRACK_WIDEST], state->track[TRACK_COUNT], counts, share, M_z, added, tyre, limits, own, handed, state->result);
     set_numbers(state->own, own, OWNS);
     take_acquired(state, handed);
 }
@@ -236,6 +236,7 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
     M_z -= at_torque;
 %% endif
     state->own[OWN_LOAD] = state->own[OWN_F_N]; %% if not contact
+    state->own[OWN_LOAD_AT_REST] = state->own[OWN_F_N]; %% if not contact
 %% if contact
     /* Friction that depends on rate and load acts as another load, a patch that grows has another half-length. */
     signals[2] = state->own[OWN_F_N];
