@@ -96,21 +96,21 @@ def lines_to_send(
         "More on how sure": [caution, *also] if known else [],
         "To do then": [f"After {one}, {after[:1].lower()}{after[1:]}" * bool(after), *steps[1:]],
         "Recordings with a value": [benefit],
-        "Repeatability": [_noise_floor(diagnosis)],
+        "Repeatability": [_repeatability(diagnosis)],
         "Not known": [sentence("; ".join(_open_questions(diagnosis, told)))],
     }
     return _filled(mail), _filled(details)
 
 
-def _noise_floor(diagnosis: Diagnosis) -> str:
-    """The least error of any model with nothing adjusted, by recordings that replicate each other."""
+def _repeatability(diagnosis: Diagnosis) -> str:
+    """How well recordings that replicate each other repeat, and what that may make of the error."""
     if (known := diagnosis.repeatability) is None:
         return ""
     which = ", ".join(" with ".join(names) for names in known.replicates)
     return (
-        f"Recordings of one ground and load ({which}) differ by {percent(known.spread)} in their torque"
-        f" of full slide. That makes {percent(known.nrmse)} of its range, below which no model comes"
-        " in the mean with nothing adjusted."
+        f"Recordings of one ground and load ({which}) scatter by {percent(known.spread)} in their torque"
+        f" of full slide. With nothing adjusted, up to {percent(known.nrmse)} of the torque's range may"
+        " come from that; another rate of turning may be part of it."
     )
 
 

@@ -1,4 +1,8 @@
-"""How well recordings of one ground and load repeat: their torque of full slide, without a model."""
+"""How well recordings of one ground and load repeat: their torque of full slide.
+
+No model of friction enters; k tells from which turn on the patch slides. What differs may have a cause
+that a model knows, such as the rate of turning, so that it is no floor below which an error cannot come.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,26 +31,24 @@ class Repeatability:
 
     replicates: tuple[tuple[str, ...], ...]  # Names of recordings that belong together.
     spread: float  # Standard deviation of ln of the torque of full slide over load [1].
-    nrmse: float  # Torque error that it makes, rms over the torque's range [1].
+    # Torque error of a model whose friction is the mean of the replicates', rms over the torque's range,
+    # at most: a patch that does not slide as a whole depends on friction by less [1].
+    nrmse: float
 
 
 def repeatability(recordings: Sequence[Recording], k: float) -> Repeatability | None:
-    """Repeatability of recordings on a tread of stiffness k [N/m^2]; None without any replicates.
-
-    Whatever a model is, with nothing fitted to a recording its error is no less than that in the mean.
-    """
+    """Repeatability of recordings on a tread of stiffness k [N/m^2]; None without any replicates."""
     levels = {r.name: level for r in recordings if np.isfinite(level := full_slide_friction(r, k))}
     groups = _replicates([r for r in recordings if r.name in levels])
     if not groups:
         return None
     logs = [np.log([levels[r.name] for r in group]) for group in groups]
-    squares = sum(float(np.sum((one - one.mean()) ** 2)) for one in logs)
-    spread = float(np.sqrt(squares / sum(one.size - 1 for one in logs)))
+    off = np.concatenate([one - one.mean() for one in logs])
     shares = [rmse_of(r.M_z) / torque_range(r) for group in groups for r in group]
     return Repeatability(
         replicates=tuple(tuple(r.name for r in group) for group in groups),
-        spread=spread,
-        nrmse=spread * float(np.mean(shares)),
+        spread=float(np.sqrt(off @ off / (off.size - len(logs)))),
+        nrmse=float(np.mean(np.abs(off) * shares)),
     )
 
 

@@ -158,8 +158,8 @@ def build_acquisition_decision(
 
     (own, verdict, output, widest, turns, counted, share, M_z, added, tyre, limits, friction) -> (own,
     handover, output), the second in the order of `handover_names`; turns is the number of turning points
-    in use, counted 1 where a torque was weighed, share what it is worth; friction is the patch's; M_z and
-    added are as for `build_hypothesis_search_step`.
+    in use, counted 1 where a torque was weighed, share what it is worth; friction is the patch's; M_z
+    and added are as for `build_hypothesis_search_step`.
     """
     is_scaled, states = bool(measurement_model.scaled), states_handed_over(measurement_model.states)
     inputs = symbols(

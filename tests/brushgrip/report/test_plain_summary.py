@@ -23,6 +23,7 @@ from brushgrip.report.validity_and_missing_effects import (
 from identification import Diagnosis
 from identification.diagnosis.from_search import BEYOND_RANGE
 from identification.diagnosis.graded_effects import ASSUMED, assumed_tolerances_note
+from identification.residuals.repeatability import Repeatability
 from observers.planning.uncertainty_budget import SLOPE
 from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD
 from symbolic import Model, Rig, effects_named
@@ -387,6 +388,14 @@ def test_the_weaker_direction_is_told_beside_the_mean_of_both() -> None:
     odd = replace(diagnosis.effects[0], name="asymmetric_friction", grade="stands_in")
     told = mail(replace(unlike, effects=(odd,)), outcome)
     assert "while the angle rises (unproven)." in told
+
+
+def test_how_well_recordings_repeat_is_told() -> None:
+    known = Repeatability(replicates=(("a", "b"), ("c", "d")), spread=0.048, nrmse=0.013)
+    told = mail(replace(make_diagnosis(), repeatability=known), make_outcome())
+
+    assert "(a with b, c with d) scatter by 4.80 % in their torque of full slide" in told
+    assert "up to 1.30 % of the torque's range may come from that" in told
 
 
 def test_grounds_that_may_be_one_are_named() -> None:

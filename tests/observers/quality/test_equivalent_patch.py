@@ -3,14 +3,17 @@
 from dataclasses import replace
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 
 from observers import PROFILES, Ekf, Estimates, Status, SteeringTorque, causal_rate, run
 from observers.planning.steering_path import fastest_path
 from observers.quality.equivalent_patch import REST, build_equivalent_contact, build_patch_angle
+from observers.quality.hysteresis_branches import loads_of_branches
 from reference_rig import (
     RIG_EFFECTS,
+    Hand,
     RigTyre,
     constant_friction,
     free_path,
@@ -172,6 +175,46 @@ def test_friction_and_length_that_rate_and_load_change_are_acquired(
         assert late.sum() > 0.9 * np.count_nonzero(made.t > 6)
         assert found.mu[late] == pytest.approx(0.7, rel=0.05)
         assert np.mean(found.status & (Status.INCONSISTENT | Status.SUSPECT) != 0) < 0.05
+
+
+def test_each_branch_carries_the_load_at_which_it_began_and_ended() -> None:
+    """From a limit of 60 at rest to one of 100 now the way is that of 80 twice."""
+    track = {"count": 3, "count_slid": 1}
+    loads = np.asarray(ca.DM(loads_of_branches(track, ca.DM([100.0, 60.0]))))
+
+    assert loads[:3, 0].tolist() == [60.0, 60.0, 80.0]
+    assert loads[0, 1] == 100.0
+
+
+def test_at_rest_friction_is_less_where_it_rises_with_speed_alone() -> None:
+    """It has no time to rise there, and creep none to fall."""
+
+    def at_rest(effect: str, **values: float) -> float:
+        found = found_model({f"{effect}.{name}": value for name, value in values.items()}, bristles=8)
+        theta = found["model"].theta({**found["values"], "mu": 1.0})
+        loads, _ = build_equivalent_contact(found["model"])([0, 0.3, 400, 0.01], theta, [0.045, 0.009])
+        now, rest = np.asarray(loads).ravel()
+        return rest / now
+
+    assert at_rest("rate_friction", c=0.1) < 0.7
+    assert at_rest("rate_friction", c=-0.1) == 1
+    assert at_rest("stribeck", ratio=1.3, v_s=0.003) == 1
+    assert at_rest("frictional_creep", c=0.1) == 1
+
+
+def test_a_law_of_speed_is_believed_after_a_turn_back() -> None:
+    """Of the wrong sign it once was usable and six deviations off in the first turn."""
+    for c, early in ((1e-6, True), (0.15, False)):
+        hand = Hand(amplitude=0.45, first=1.0, pace=0.2)
+        made = make_recording(
+            44, {"rate_friction": {"c": c}}, mu=0.2, k=K, bristles=300, duration=12.0, hand=hand
+        )
+        observer = Ekf(**found_model({"rate_friction.c": c}, bristles=40), rig=RIG)
+        usable = run(observer, made.t, made.psi, made.F_N, made.M_z).usable
+        back = int(np.argmax(np.maximum.accumulate(np.abs(made.psi)) - np.abs(made.psi) > 0.01))
+
+        assert usable[:back].any() == early
+        assert usable[back:].mean() > 0.5
 
 
 def test_the_contact_that_slides_as_a_model_does() -> None:
