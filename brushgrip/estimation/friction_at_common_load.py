@@ -9,7 +9,9 @@ import numpy as np
 from brushgrip.wording.recording_remarks import OVER_LOAD
 from identification import FoundModel, Recording
 from observers import Estimates
+from symbolic.bristle_patch import SPAN, BristlePatch
 from symbolic.float_array import Array
+from symbolic.patch_moment import full_slide_arm
 
 LEAST_CHANGE = 0.01
 """Change of friction over the loads of a recording from which on its load is told [1]."""
@@ -46,5 +48,23 @@ def at_load(estimates: Estimates, found: FoundModel, recording: Recording, load:
 def load_of_friction(found: FoundModel, recording: Recording, at: int) -> str:
     """The load that mu_eff of a sample belongs to, where it changes with the load; else empty."""
     load = float(recording.F_N[at])
-    changes = np.abs(friction_ratio(found, recording, load) - 1).max() >= LEAST_CHANGE
-    return f"{OVER_LOAD}: mu_eff is that at {load:.0f} N" * bool(changes)
+    if np.abs(friction_ratio(found, recording, load) - 1).max() < LEAST_CHANGE:
+        return ""
+    share, length = friction_by_length(found, recording, load), ""
+    if abs(share - 1) >= LEAST_CHANGE:
+        length = (
+            ", over the declared half-length; of the contact that the model has there friction is"
+            f" {share:.2f} times mu_eff"
+        )
+    return f"{OVER_LOAD}: mu_eff is that at {load:.0f} N{length}"
+
+
+def friction_by_length(found: FoundModel, recording: Recording, load: float) -> float:
+    """Friction over mu_eff [1], which counts a contact that is longer under a load [N] as friction."""
+    model, rig = found.model, recording.rig
+    patch = model.patch(model.theta({**found.values_for_estimation(recording.ground), "mu": 1.0}))
+    growth = patch.traits.growth if isinstance(patch, BristlePatch) else None
+    if growth is None:
+        return 1.0
+    half_length = rig.a * min(SPAN, float(growth(load, rig.a)))
+    return float(full_slide_arm(rig.a, rig.e)) / float(full_slide_arm(half_length, rig.e))

@@ -406,6 +406,7 @@ def test_the_load_that_friction_belongs_to_is_told_where_it_changes_with_it(
         at = load[np.searchsorted(columns["t"], row["last_usable"])]
         told = f"by the model friction changes with the load: mu_eff is that at {at:.0f} N"
         assert (told in row["remark"]) == is_told
+        assert "times mu_eff" not in row["remark"]
 
 
 def test_a_k_that_is_off_is_told_and_part_of_the_band(simulated: Path, run: Run, rig: Path) -> None:
