@@ -116,10 +116,21 @@ def require_number(label: str, value: object) -> None:
 
 
 def absolute_tolerance(tolerance: object, value: object) -> object:
-    """A tolerance such as "20%" in the unit of the value that it is a share of; else as it is."""
+    """A tolerance such as "20%" in the unit of the value that it is a share of; else as it is.
+
+    Raises:
+        InvalidInputError: it is below 1 and hardly any of the value, as a share without its sign is.
+    """
     share = _PERCENT.fullmatch(tolerance) if isinstance(tolerance, str) else None
-    if share and isinstance(value, int | float) and 0 < abs(value) < 1e300:
+    if not isinstance(value, int | float) or not 0 < abs(value) < 1e300:
+        return tolerance
+    if share:
         return abs(value) * float(share[1]) / 100
+    if isinstance(tolerance, int | float) and 0 < tolerance < min(1, 1e-5 * abs(value)):
+        raise InvalidInputError(
+            f"tolerance = {tolerance:g} is in the unit of the value {value:g}, of which it is hardly"
+            f' anything; write "{100 * tolerance:g}%" for a share, 0 where the value is exact'
+        )
     return tolerance
 
 

@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import pytest
@@ -34,6 +35,9 @@ def test_tolerances(tmp_path: Path) -> None:
     assert read_rig(write(tmp_path, text))[0] == declared
     shares = text.replace("= 0.01 }", '= "1%" }').replace("= 0.0025 }", '= "6.25 %" }')
     assert read_rig(write(tmp_path, shares))[0].tolerances == within
+    alone = re.sub(r"k = .*", "k = { value = 2.4e6, tolerance = 0.2 }", COMPLETE)
+    told = refused(read_rig, write(tmp_path, alone))
+    assert 'is in the unit of the value 2.4e+06, of which it is hardly anything; write "20%"' in told
 
 
 TOLERANCES = [
