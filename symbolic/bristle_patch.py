@@ -55,6 +55,10 @@ class BristleTraits:
     half_width: Expression | None = None
     relaxation: Relaxation | None = None
 
+    def relative_length(self, F_N: Expression, a: Expression) -> Expression:
+        """Half-length of the patch over a [1] under a load [N]; 1 where it does not grow."""
+        return 1 if self.growth is None else ca.fmin(SPAN, self.growth(F_N, a))
+
     def pressure(self, u: Expression, growth: Expression) -> Expression:
         """Load per length over F_N / a [1], at u = x / a where the half-length is growth times a."""
         place = u / growth
@@ -163,10 +167,9 @@ class BristlePatch:
     def _geometry(self, inputs: PatchInputs) -> tuple[Expression, Expression, Expression]:
         """Lever arm [m], limit of stress / (k a) [1] and weight [m] of every bristle."""
         u, v, weight = self.nodes()
-        growth: Expression = 1
+        growth = self.traits.relative_length(inputs.F_N, inputs.a)
         if self.traits.growth is not None:
             # Bristles are where the material is: a patch that grows takes up new ones, undeformed.
-            growth = ca.fmin(SPAN, self.traits.growth(inputs.F_N, inputs.a))
             u, weight = SPAN * u, SPAN * weight
         lever = inputs.a * u - inputs.e
         if self.traits.half_width is not None:

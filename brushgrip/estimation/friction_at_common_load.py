@@ -9,7 +9,7 @@ import numpy as np
 from brushgrip.wording.recording_remarks import OVER_LOAD
 from identification import FoundModel, Recording
 from observers import Estimates
-from symbolic.bristle_patch import SPAN, BristlePatch
+from symbolic.bristle_patch import BristlePatch
 from symbolic.float_array import Array
 from symbolic.patch_moment import full_slide_arm
 
@@ -63,8 +63,6 @@ def friction_by_length(found: FoundModel, recording: Recording, load: float) -> 
     """Friction over mu_eff [1], which counts a contact that is longer under a load [N] as friction."""
     model, rig = found.model, recording.rig
     patch = model.patch(model.theta({**found.values_for_estimation(recording.ground), "mu": 1.0}))
-    growth = patch.traits.growth if isinstance(patch, BristlePatch) else None
-    if growth is None:
-        return 1.0
-    half_length = rig.a * min(SPAN, float(growth(load, rig.a)))
-    return float(full_slide_arm(rig.a, rig.e)) / float(full_slide_arm(half_length, rig.e))
+    growth = patch.traits.relative_length(load, rig.a) if isinstance(patch, BristlePatch) else 1
+    arms = (full_slide_arm(half_length, rig.e) for half_length in (rig.a, rig.a * float(growth)))
+    return float(next(arms)) / float(next(arms))

@@ -26,10 +26,11 @@ from observers.quality.hypotheses_verdict import VERDICT
 from observers.quality.mu_over_k_hypotheses import RATIOS, SETTINGS, VAGUE, build_hypothesis_search_start
 from observers.tuning import Tuning
 from symbolic import GEOMETRY, SIGNALS, InvalidInputError, Model, Rig, full_slide_torque, simulate
-from symbolic.bristle_patch import SPAN, BristlePatch
+from symbolic.bristle_patch import BristlePatch
 from symbolic.casadi_functions import named_function
 from symbolic.effects.base import Effect, Signals
 from symbolic.elements_in_series import deflection_of
+from symbolic.full_slide import factor_and_torque
 from symbolic.model import add_torques
 from symbolic.patch_interface import patch_inputs
 
@@ -88,29 +89,22 @@ def build_equivalent_contact(model: Model) -> ca.Function | None:
     signals, theta, geometry = inputs.values()
     given, at = named(SIGNALS, signals), {**named(model.coordinates, theta), "mu": 1}
     patch, F_N, half_length = model.patch(theta), given["F_N"], geometry[0]
-    _, _, counted = model.split(ca.MX.zeros(model.memory_size))
+    effects, (_, _, counted) = model.values(theta), model.split(ca.MX.zeros(model.memory_size))
     bristles, creeps = None, False
     if isinstance(patch, BristlePatch):
         traits = patch.traits
-        if traits.growth is not None:
-            half_length = half_length * ca.fmin(SPAN, traits.growth(F_N, geometry[0]))
+        half_length = half_length * traits.relative_length(F_N, geometry[0])
         if (creeps := traits.creep is not None) or traits.limits:
             columns = COLUMNS if traits.half_width is None else 2 * COLUMNS
             bristles = BristlePatch(traits=replace(traits, growth=None), columns=columns, rows=1)
 
     def friction(rate: Expression) -> Expression:
         sides = [Signals(psi=0, psi_dot=side, F_N=F_N, dt=1) for side in (rate, -rate)]
-        factors = [ca.MX(1), ca.MX(1)]
-        for (effect, values), memory in zip(model.values(theta), counted, strict=True):
-            factors = [
-                factor * effect.friction(side, memory, values)
-                for factor, side in zip(factors, sides, strict=True)
-            ]
-        factor = sum(factors) / 2
+        factor = sum(factor_and_torque(effects, counted, side)[0] for side in sides) / 2
         if bristles is None:
             return factor
         contact, values_at = ca.vertcat(half_length, geometry[1]), vector_of(model.coordinates, at)
-        slide = patch_inputs(replace(sides[0], F_N=1), factor, values_at, contact)
+        slide = patch_inputs(replace(sides[0], F_N=1), 1, values_at, contact)
         neutral = replace(bristles, traits=replace(bristles.traits, limits=(), creep=None))
         return factor * bristles.effective_friction(slide) / neutral.effective_friction(slide)
 

@@ -183,7 +183,8 @@ class Vehicle:
                     f" {LEAST_GAIN:g} to {MOST_GAIN:g} m/rad on from the one before, got"
                     f" {angle:g}, {way:g} after {before[0]:g}, {before[1]:g}; {IN_SI}"
                 )
-        self._check_pairs(pairs)
+        if pairs:
+            self._check_pairs(pairs)
         for name, (least, most, unit) in RANGES.items():
             value = getattr(self, name)
             if value is not None and not (least <= value <= most and (isfinite(value) or most == inf)):
@@ -193,13 +194,13 @@ class Vehicle:
 
     def _check_pairs(self, pairs: "Pairs") -> None:
         """Raises InvalidInputError where pairs are of a steering as no car has one."""
-        if pairs and pairs[-1][1] > MOST_WAY:
+        if pairs[-1][1] > MOST_WAY:
             raise InvalidInputError(
                 f"rack_by_handwheel ends {pairs[-1][1]:g} m from the middle, more than {MOST_WAY:g} m;"
                 f" {IN_SI}"
             )
         least, most, _ = RANGES["steering_ratio"]
-        if pairs and not least <= (ratio := self.steering_arm / self.rack_gain) <= most:
+        if not least <= (ratio := self.steering_arm / self.rack_gain) <= most:
             raise InvalidInputError(
                 f"rack_by_handwheel is a steering ratio of {ratio:.3g} straight ahead, which must lie"
                 f" between {least:g} and {most:g}; {IN_SI}"

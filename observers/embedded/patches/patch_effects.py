@@ -14,7 +14,7 @@ import numpy as np
 from observers.embedded.scalar_expansion import expand_with_constants
 from observers.estimators.model_observer import ModelObserver
 from symbolic import SIGNALS, Model
-from symbolic.bristle_patch import SPAN, BristlePatch
+from symbolic.bristle_patch import BristlePatch
 from symbolic.casadi_functions import named_function
 from symbolic.compilation.single_bristle_functions import patch_of
 from symbolic.effects.base import Signals
@@ -94,9 +94,7 @@ class PatchEffects:
         patch = self.model.patch(theta)
         if not isinstance(patch, BristlePatch):
             return 1, 0, 0, 0
-        growth: Any = ca.MX(1)
-        if patch.traits.growth is not None:
-            growth = ca.fmin(SPAN, patch.traits.growth(at_patch.F_N, self.observer.rig.a))
+        growth = patch.traits.relative_length(at_patch.F_N, self.observer.rig.a)
         inputs = self.inputs(speed=at_patch.psi_dot, dt=at_patch.dt, F_N=at_patch.F_N, factor=factor)
         n, coefficients = patch.bristles, patch.coefficients(inputs)
         return growth, coefficients[3 * n + 2], coefficients[3 * n], coefficients[3 * n + 1]
