@@ -18,7 +18,7 @@ from brushgrip.report.printed_results import print_diagnosis
 from brushgrip.report.validity_and_missing_effects import demo_recordings_warning
 from brushgrip.wording.formatting import json_text
 from identification import Diagnosis, Recording, model_text
-from identification.selection.trial import RANKING_STEP, thin_for_ranking
+from identification.selection.trial import RANKING_STEP, ROUGH_STEP, thin_for_ranking
 from identification.selection.trial_runner import submit_of
 from observers.interfaces.factory import MODEL_FILE
 
@@ -37,8 +37,8 @@ def thinning_note(recordings: Sequence[Recording]) -> str:
     if thinned == whole:
         return ""
     return (
-        f"candidates are ranked on {thinned} of {whole} samples, thinned towards {RANKING_STEP:g} s;"
-        " the best are fitted to all of them"
+        f"candidates are ranked on {thinned} of {whole} samples, thinned towards {RANKING_STEP:g} s"
+        f" ({ROUGH_STEP:g} s where the error is large); the best are fitted to all of them"
     )
 
 

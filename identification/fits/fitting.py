@@ -73,6 +73,12 @@ class Fit:
         """For each column, whether it belongs to a recording, not to the tyre or a ground."""
         return tuple(owner in self.residuals for owner, _ in self.labels)
 
+    @property
+    def prior_weights_of_recordings(self) -> dict[str, float]:
+        """`prior_weights` by recording, of those that have such values [1]."""
+        pairs = zip(self.labels, self.prior_weights, strict=True)
+        return {owner: float(weight) for (owner, _), weight in pairs if owner and weight > 0}
+
     def cost(self, recordings: Sequence[Recording]) -> float:
         """Loss summed over the samples of these recordings, which must be among those fitted [1]."""
         shares = shares_of_torque_range(self.residuals, recordings)
@@ -98,10 +104,12 @@ def fit(
     begin = start or initial_guess(model, recordings)
     problem = LeastSquaresProblem(model, recordings, complete_values(model, begin, recordings), options)
     x = problem.origin()
-    if options.prior_weight is None:
+    if not options.prior_weights:
         weights = problem.prior_weights(np.clip(x, *problem.bounds()))
     else:
-        weights = np.where(problem.has_prior, options.prior_weight, 0.0)
+        mean = float(np.mean(list(options.prior_weights.values())))
+        given = [options.prior_weights.get(owner or "", mean) for owner, _ in problem.labels]
+        weights = np.where(problem.has_prior, given, 0.0)
         if options.free_shared and not begin.rig and weights.any():
             # Lengths that give way at once hold the fit at a minimum of its own.
             x = _solve(problem, x, np.where(weights > 0, FIXING_WEIGHT, 0.0), options).x

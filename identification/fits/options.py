@@ -1,6 +1,6 @@
 """Options of a fit, as one frozen value."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from identification.fits.loss import LEAST_SQUARES, Loss
@@ -23,7 +23,8 @@ class FitOptions:
         fixed: further parameters that keep their start.
         reweightings: how often the fit is repeated at most because its residuals give another weight to
             what was declared with a tolerance.
-        prior_weight: that weight at first; None for the one that the residuals at the start give.
+        prior_weights: that weight at first by recording, their mean for one without; None for those that
+            the residuals at the start give.
         threads: recordings simulated at a time; the result is the same.
 
     Raises:
@@ -36,7 +37,7 @@ class FitOptions:
     free_shared: bool = True
     fixed: Collection[OwnerAndName] = ()
     reweightings: int = 2
-    prior_weight: float | None = None
+    prior_weights: Mapping[str, float] | None = None
     threads: int = 1
 
     def __post_init__(self) -> None:

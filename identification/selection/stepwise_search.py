@@ -35,7 +35,7 @@ from identification.selection.search_step import (
     with_effect,
     without_effect,
 )
-from identification.selection.trial import RANKING, ROUGH, Precision, Trial, with_prior_weight
+from identification.selection.trial import RANKING, ROUGH, Precision, Trial, with_prior_weights
 from identification.selection.trial_runner import Effects, TrialRunner, job_count, start_values, workers
 from symbolic import CANDIDATES, Effect, effects_named
 
@@ -121,8 +121,10 @@ class Search:
 
     def _present(self, current: Trial) -> _PresentModel:
         precision = ROUGH if current.nrmse > self.criteria.rough_above else RANKING
-        precision = with_prior_weight(precision, current.fitted)
+        precision = with_prior_weights(precision, current)
         coarse = self.runner.run_coarse(current.effects, current.values, precision)
+        # Weights count samples, of which thinned recordings have fewer.
+        precision = with_prior_weights(precision, coarse)
         return _PresentModel(fine=current, coarse=coarse, precision=precision)
 
     def _active_and_idle(

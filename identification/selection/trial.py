@@ -20,6 +20,8 @@ CORNERS = 16
 """Zone corners kept in identification; beyond this depth they carry less than 1e-6 of the torque."""
 RANKING_STEP = 0.02
 """Recordings are thinned towards this time between samples while candidates are ranked [s]."""
+ROUGH_STEP = 0.04
+"""The same where the error is large."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,6 +32,7 @@ class Precision:
     # Newton steps of what is in series with the patch; after two the torque is right to 1e-6 of range
     # rms where samples are 20 ms apart.
     newton_steps: int = SEARCH_STEPS
+    step: float = RANKING_STEP  # Towards which recordings are thinned where candidates are compared [s].
     discretised: bool = False  # Bristles, which are quicker, even where the exact patch would do.
     options: FitOptions = FINE_FIT  # Of the fit; the loss is the task's.
 
@@ -38,8 +41,8 @@ FINE = Precision()
 """For whatever is reported."""
 RANKING = Precision(discretised=True, newton_steps=2, options=COARSE_FIT)
 """For candidates that are only compared; the patch is right to 4e-4 of range."""
-ROUGH = replace(RANKING, bristles=40)
-"""The same in half the time, for errors far above that of 40 bristles, 1.5e-3 of range."""
+ROUGH = replace(RANKING, bristles=40, step=ROUGH_STEP)
+"""The same in a quarter of the time, for errors far above that of 40 bristles, 1.5e-3 of range."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,15 +170,15 @@ def trial_of(task: TrialTask, fitted: Fit, held_out: Fit | None) -> Trial:
     return Trial(fitted=fitted, held_out=held_out, judgement=judgement)
 
 
-def thin_for_ranking(recording: Recording) -> Recording:
-    """Every so many samples of a recording, such that they are at most `RANKING_STEP` apart.
+def thin_for_ranking(recording: Recording, step: float = RANKING_STEP) -> Recording:
+    """Every so many samples of a recording, such that they are at most `step` [s] apart.
 
     The torque between reversals hardly depends on the time between samples: without creep not at all,
     with the strongest creep by 1e-3 of range rms. A recording with missing torques stays as it is.
     """
     if not np.isfinite(recording.M_z).all():
         return recording
-    stride = max(1, int(RANKING_STEP / float(np.diff(recording.t).max()) + 1e-6))
+    stride = max(1, int(step / float(np.diff(recording.t).max()) + 1e-6))
     return recording_at_samples(replace(recording, M=None), np.arange(0, recording.t.size, stride))
 
 
@@ -194,25 +197,21 @@ def fit_own_parameters(
     known = begin or Values(tyre={}, own={})
     own = {name: {**values, **known.own.get(name, {})} for name, values in guess.items()}
     start = replace(fitted.values, own=own, rig={n: known.rig[n] for n in own if n in known.rig})
-    # The residuals of a first guess say nothing of those that the model will leave.
-    weight = _mean_prior_weight(fitted)
-    own_only = replace(options, free_shared=False, loss=fitted.loss, prior_weight=weight)
+    weights = options.prior_weights
+    if not own.keys() <= known.own.keys():
+        # The residuals of a first guess say nothing of those that the model will leave.
+        weights = {**fitted.prior_weights_of_recordings, **(weights or {})}
+    own_only = replace(options, free_shared=False, loss=fitted.loss, prior_weights=weights)
     return fit(fitted.model, recordings, start, own_only)
 
 
-def with_prior_weight(precision: Precision, present: Fit) -> Precision:
+def with_prior_weights(precision: Precision, present: Trial) -> Precision:
     """The precision at which rivals of a model are compared with it.
 
-    What was declared with a tolerance weighs the same in all of them: as in the present model on the
-    average of its recordings.
+    What was declared with a tolerance weighs the same in all of them: as in the present model.
     """
-    options = replace(precision.options, prior_weight=_mean_prior_weight(present))
-    return replace(precision, options=options)
-
-
-def _mean_prior_weight(fitted: Fit) -> float | None:
-    weights = fitted.prior_weights[fitted.prior_weights > 0]
-    return float(weights.mean()) if weights.size else None
+    weights = {n: w for fitted in present.fits for n, w in fitted.prior_weights_of_recordings.items()}
+    return replace(precision, options=replace(precision.options, prior_weights=weights or None))
 
 
 def judge(

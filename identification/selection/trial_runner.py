@@ -6,8 +6,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar
@@ -18,6 +17,7 @@ from identification.reading.recordings import Recording
 from identification.selection.journal import Journal
 from identification.selection.trial import (
     FINE,
+    RANKING_STEP,
     Precision,
     Trial,
     TrialTask,
@@ -59,15 +59,21 @@ class TrialRunner:
     journal: Journal | None = None
     threads: int = 1
 
-    @cached_property
+    _thinned: dict[float, Sequence[Sequence[Recording]]] = field(default_factory=dict, init=False)
+
+    @property
     def thinned_training(self) -> Sequence[Recording]:
         """The training recordings on which candidates are ranked."""
-        return [thin_for_ranking(recording) for recording in self.training]
+        return self._thinned_to(RANKING_STEP)[0]
 
-    @cached_property
-    def thinned_holdout(self) -> Sequence[Recording]:
-        """The held-out ones."""
-        return [thin_for_ranking(recording) for recording in self.holdout]
+    def _thinned_to(self, step: float) -> Sequence[Sequence[Recording]]:
+        """Training and held-out recordings thinned towards a time between samples [s]."""
+        if step not in self._thinned:
+            both = self.training, self.holdout
+            self._thinned[step] = [
+                [thin_for_ranking(r, step) for r in recordings] for recordings in both
+            ]
+        return self._thinned[step]
 
     def run_fine(
         self, effects: Effects, start: Values | None = None, precision: Precision = FINE
@@ -109,9 +115,8 @@ class TrialRunner:
         return [trials[i] for i in range(len(starts))]
 
     def _coarse_task(self, effects: Effects, start: Values | None, precision: Precision) -> TrialTask:
-        return TrialTask(
-            effects, self.thinned_training, self.thinned_holdout, start, precision, self.loss
-        )
+        training, holdout = self._thinned_to(precision.step)
+        return TrialTask(effects, training, holdout, start, precision, self.loss)
 
     def _run(self, task: TrialTask) -> Trial:
         return self._recall(task) or self._note(task, run_trial(task, self.threads))

@@ -162,7 +162,7 @@ def test_a_declared_value_weighs_by_the_correlation(wrong: list[Recording], abso
 def test_a_weight_that_is_too_large_at_first_is_corrected(wrong: list[Recording], absorbed: Fit) -> None:
     """As where a rival is ranked with the weight of a model that leaves much more."""
     model = Model(corners=16)
-    coarse = fit(model, wrong, initial_guess(model, wrong), replace(COARSE_FIT, prior_weight=0.3))
+    coarse = fit(model, wrong, initial_guess(model, wrong), replace(COARSE_FIT, prior_weights={"": 0.3}))
 
     for r in wrong:
         assert np.std(coarse.residuals[r.name]) < 1.05 * np.std(absorbed.residuals[r.name])
@@ -175,7 +175,9 @@ def test_lengths_do_not_give_way_before_an_effect_of_theirs_is_found() -> None:
     recordings = [thin_for_ranking(as_read(r, made.nominal, TOLERANCE)) for r in made.recordings]
     present = fit(model_of(()), recordings).values
     model = model_of(effects_named(["contact_length"]), RANKING)
-    found = fit(model, recordings, replace(present, rig={}), replace(COARSE_FIT, prior_weight=0.03))
+    found = fit(
+        model, recordings, replace(present, rig={}), replace(COARSE_FIT, prior_weights={"": 0.03})
+    )
 
     planted = made.recordings[0].effects["contact_length"]["n"]
     assert found.values.tyre["contact_length.n"] == pytest.approx(planted, abs=0.05)

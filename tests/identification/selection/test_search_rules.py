@@ -55,7 +55,10 @@ class Scripted:
         labels = tuple((None, str(i)) for i in range(4 + len(names)))
         values = Values(tyre=dict.fromkeys((f"{name}.value" for name in names), 1.0), own={})
         residuals = {training.name: error * noise}
-        fitted = replace(trial.fitted, residuals=residuals, labels=labels, values=values)
+        weights = np.zeros(len(labels))
+        fitted = replace(
+            trial.fitted, residuals=residuals, labels=labels, values=values, prior_weights=weights
+        )
         made = with_effects(replace(trial, fitted=fitted), names)
         return replace(made, judgement=judgement(np.full(SECONDS, error)))
 

@@ -9,7 +9,7 @@ from identification import Fit, Huber, Recording, fit
 from identification.diagnosis.unrefitted_prediction import simulated_minus_measured
 from identification.fits.autocorrelation import effective_samples
 from identification.fits.least_squares_problem import torque_range
-from identification.fits.loss import rmse_of
+from identification.fits.loss import LEAST_SQUARES, rmse_of
 from identification.fits.parameter_values import Values, initial_guess
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,
@@ -20,7 +20,11 @@ from identification.selection.criteria import (
 from identification.selection.leave_one_out_linearised import leave_one_out
 from identification.selection.trial import (
     RANKING,
+    RANKING_STEP,
+    ROUGH,
+    ROUGH_STEP,
     Judgement,
+    Precision,
     Trial,
     TrialTask,
     fit_own_parameters,
@@ -28,8 +32,9 @@ from identification.selection.trial import (
     model_of,
     run_trial,
     thin_for_ranking,
+    with_prior_weights,
 )
-from identification.selection.trial_runner import start_values
+from identification.selection.trial_runner import TrialRunner, run_at_once, start_values
 from symbolic import Model, Tolerances, effects_named
 from tests.identification.factories import left_out_exactly, read_campaign, with_torque
 
@@ -197,6 +202,33 @@ def test_threads_change_no_digit(three: list[Recording]) -> None:
     assert together.held_out
     assert alone.held_out.values == together.held_out.values
     np.testing.assert_array_equal(alone.fitted.jacobian, together.fitted.jacobian)
+
+
+@pytest.mark.parametrize(("precision", "step"), [(RANKING, RANKING_STEP), (ROUGH, ROUGH_STEP)])
+def test_large_errors_are_ranked_on_fewer_samples(
+    three: list[Recording], precision: Precision, step: float
+) -> None:
+    runner = TrialRunner(training=three, holdout=(), loss=LEAST_SQUARES, submit=run_at_once)
+    coarse = runner.run_coarse((), None, precision)
+
+    for times in coarse.judgement.times.values():
+        assert np.diff(times).max() == pytest.approx(step)
+
+
+def test_declared_values_of_rivals_weigh_as_in_the_present_model(three: list[Recording]) -> None:
+    """Each recording's by its own residual."""
+    read = [replace(r, rig=replace(r.rig, tolerances=Tolerances(a=0.002))) for r in three]
+    present = run_trial(TrialTask((), read[:2], read[2:], precision=RANKING))
+    given = with_prior_weights(RANKING, present).options.prior_weights
+
+    assert given is not None
+    assert set(given) == {r.name for r in read}
+    assert len(set(given.values())) == len(read)
+    again = run_trial(
+        TrialTask((), read[:2], read[2:], present.values, with_prior_weights(RANKING, present))
+    )
+    for fitted in again.fits:
+        assert all(given[name] == w for name, w in fitted.prior_weights_of_recordings.items())
 
 
 @pytest.mark.parametrize("name", ["carcass_torsion", "backlash"])
