@@ -36,8 +36,9 @@ class SelectionCriteria:
         law: relative error assumed in the law of an effect; an effect of another family has to explain
             more than this share of what those before it explain [1].
         second_law: the same for a further law of a family that has one in the model [1].
-        rough_above: judged error, divided by the torque range, above which 40 bristles rank candidates:
-            ten times the error that those have [1].
+        rough_above: judged error, divided by the torque range, above which 40 bristles and fewer samples
+            rank candidates: the least gain that counts there is four times the square of the error that
+            those bristles have [1].
     """
 
     least_gain: float = 0.02
@@ -53,7 +54,7 @@ class SelectionCriteria:
     law: float = 0.15
     further_gain: float = 0.05
     second_law: float = 0.3
-    rough_above: float = 0.015
+    rough_above: float = 0.01
 
     def __post_init__(self) -> None:
         """Check that no threshold is negative and that blocks and steps are above zero."""

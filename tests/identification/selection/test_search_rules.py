@@ -313,7 +313,7 @@ def test_a_rival_with_more_parameters_is_not_tried(pair: Pair) -> None:
 
 
 @pytest.mark.parametrize(
-    ("error", "expected"), [(1.4, RANKING), (1.45, RANKING), (1.6, ROUGH), (1.9, ROUGH)]
+    ("error", "expected"), [(0.9, RANKING), (0.95, RANKING), (1.1, ROUGH), (1.4, ROUGH)]
 )
 def test_large_errors_are_ranked_by_few_bristles(pair: Pair, error: float, expected: Precision) -> None:
     runner = Scripted(pair, lambda _: error / 100)
