@@ -1,6 +1,13 @@
 """The results for somebody who knows no tyre model: friction by ground, and lines for a mail."""
 
-from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome, found_model
+from collections.abc import Sequence
+
+from brushgrip.estimation.assumed_and_found_friction import (
+    EKF_DECLARED,
+    EKF_FOUND,
+    FrictionOutcome,
+    found_model,
+)
 from brushgrip.estimation.suspicious_recordings import weaker_direction_share_and_note
 from brushgrip.report.friction_summary import (
     at_common_load,
@@ -45,6 +52,7 @@ def friction_and_notes(outcome: FrictionOutcome | None) -> tuple[list[str], list
     for ground in filter(None, outcome.grounds):
         names = outcome.grounds[ground]
         line = further_recording(ground + at_common_load(outcome), further.get(ground), len(names))
+        line += f"; {told}" if (told := _of_vehicle(outcome, [ground])) else ""
         (known if ground in bands else notes).append(line)
     return known, notes
 
@@ -164,7 +172,19 @@ def _friction(outcome: FrictionOutcome, else_friction: str = "") -> str:
     line += f", all told{at_common_load(outcome)}, as friction changes with it" * (
         outcome.load is not None
     )
-    return f"{sentence(line)}{else_friction}{grounds_alike(outcome)}"
+    lines = [sentence(part) for part in (line, _of_vehicle(outcome, list(outcome.grounds))) if part]
+    return f"{' '.join(lines)}{else_friction}{grounds_alike(outcome)}"
+
+
+def _of_vehicle(outcome: FrictionOutcome, grounds: Sequence[str]) -> str:
+    """By which vehicle friction is told that was found, and what the declared one gives; else empty."""
+    if outcome.inclination is None:
+        return ""
+    declared = "; ".join(_on_ground(outcome, ground, EKF_DECLARED) for ground in grounds)
+    return (
+        f"this is by the vehicle with the inclination that was found, {outcome.inclination:.3f} rad; by"
+        f" the vehicle as declared it would be {declared}"
+    )
 
 
 def _if_stiffness_is_wrong(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
@@ -241,14 +261,14 @@ def _differences(outcome: FrictionOutcome, ground: str, friction: GroundFriction
     )
 
 
-def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
+def _on_ground(outcome: FrictionOutcome, ground: str, label: str = EKF_FOUND) -> str:
     """Friction on a ground in a phrase: for a further recording, or else of each."""
     where = f" on {ground}" * bool(ground)
-    if band := outcome.bands().get(ground):
+    if band := outcome.bands(label).get(ground):
         by, count = band.recordings, len(outcome.grounds[ground])
         some = f" (by {by} of {count} recordings)" * (by < count)
         return f"{prediction_band(band)}{where}{some}"
-    known = sorted(outcome.known_tracks(ground), key=lambda own: own[0].mu[own[1]])
+    known = sorted(outcome.known_tracks(ground, label), key=lambda own: own[0].mu[own[1]])
     values = [f"{last_usable_friction(track)} ({track.name})" for track, _ in known]
     if len(values) > MAX_LISTED:
         return f"{values[0]} to {values[-1]}{where} in {len(values)} recordings"

@@ -38,6 +38,18 @@ def mail(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: str = "") -> s
     return "\n".join(f"{label}: {' '.join(items)}" for label, items in parts)
 
 
+def test_friction_of_a_car_is_by_the_inclination_found_with_the_declared_one_beside() -> None:
+    found = [make_track(name, 0.82 + off) for name, off in SPREAD]
+    declared = [replace(make_track(name, 0.9 + off), label=EKF_DECLARED) for name, off in SPREAD]
+    outcome = make_outcome("", tracks=(*found, *declared), grounds={"yard": ("a", "b", "c")})
+    car = replace(make_diagnosis(("a", "b", "c"), ()), of_car=True, inclination=0.339)
+    text = mail(car, replace(outcome, inclination=0.339))
+
+    assert "and ground: 0.82 ± " in text
+    assert "found, 0.339 rad; by the vehicle as declared it would be 0.90 ± " in text
+    assert "as declared" not in mail(car, outcome)
+
+
 def test_when_friction_is_known_is_no_gain_where_it_is_known_later() -> None:
     later = replace(TRACKS[0], usable=np.arange(11) == 10)
     outcome = make_outcome("c", tracks=(replace(TRACKS[0], label=EKF_DECLARED), later))
