@@ -36,6 +36,7 @@ from brushgrip.estimation.suspicious_recordings import (
     torque_beyond_sensor_range,
     unstated_range,
     weaker_direction_share_and_note,
+    why_not_acquired,
 )
 from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.option_choices import ObserverName
@@ -203,6 +204,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     if at is None:
         cause = cause or suspected_cause(factory, recording, found, estimates) or doubts[0]
         cause = cause or hidden_by_zero(observer, estimates)
+        cause = cause or why_not_acquired(factory, recording, found, estimates)
     number, why = unusable_samples_and_remedy(estimates, noise, rates, cause, of_car=of_car)
     aligning, directed, line = getattr(observer, "measurement_model", None), dict[str, str | float](), ""
     if by_direction := isinstance(aligning, DirectionalFriction):
