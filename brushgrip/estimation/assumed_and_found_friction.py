@@ -1,6 +1,6 @@
 """What a found model does for friction: the EKF's estimates before and after, recording by recording."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
@@ -155,20 +155,19 @@ def friction_by_both_models(
     holdout: Sequence[Recording],
     diagnosis: Diagnosis,
     submit: Submit = run_at_once,
-    with_inclination: Callable[[float], Sequence[Recording]] | None = None,
+    by_inclination: Sequence[Recording] | None = None,
 ) -> FrictionOutcome | None:
     """The EKF over every recording by both models; None where a recording has no aligning torque.
 
     None, too, where k of the model is of another scale than the declared one. The moving-horizon
     estimator goes over `MAX_COMPARED` of the recordings too, those held out first. `submit` takes the
-    work to processes; the result is the same. `with_inclination` reads all recordings of a car by the
-    vehicle with another inclination [rad], which then is the model found.
+    work to processes; the result is the same. `by_inclination` are all recordings of a car by the
+    vehicle with the inclination of the diagnosis, which then is the model found.
     """
     recordings = [*training, *holdout]
     if not recordings or not all(aligning_torque_is_measured(recording) for recording in recordings):
         return None
-    inclination = diagnosis.inclination if with_inclination else None
-    of_found = with_inclination(inclination) if with_inclination and inclination else recordings
+    of_found = by_inclination or recordings
     compared = [*of_found[len(training) :], *of_found[: len(training)]][:MAX_COMPARED]
     found = found_model(diagnosis)
     fitted = _model_with_values_of_recordings(diagnosis)
@@ -208,7 +207,7 @@ def friction_by_both_models(
         slide_speed=_mean([r.rig.slide_rate * full_slide_arm(r.rig.a, r.rig.e) for r in recordings]),
         slide_rate=_mean([r.rig.slide_rate for r in recordings]),
         load=load,
-        inclination=inclination,
+        inclination=diagnosis.inclination if by_inclination else None,
         without_stand_ins=_friction_without_stand_ins(diagnosis, recordings, grounds, load),
     )
 

@@ -78,15 +78,13 @@ def suspected_cause(
     return causes_with_map(recording, loop.suspicions, torque_channel_name(recording))
 
 
-def why_not_acquired(
-    factory: ObserverFactory, recording: Recording, found: FoundModel | None, estimates: Estimates
-) -> str:
+def why_not_acquired(observer: Observer, recording: Recording, estimates: Estimates) -> str:
     """Why friction was still being acquired at the end, with a remedy; empty where something else was.
 
     That needs a mu that is known, and a slope of the torque that the tolerance of k allows.
     """
     status = Status(int(estimates.status[-1])) & (UNINFORMED | Status.INCONSISTENT)
-    observer = without_directional_friction(factory(recording, found))
+    observer = without_directional_friction(observer)
     if status != Status.ACQUIRING or not isinstance(observer, Ekf | Mhe):
         return ""
     loop = _replayed(observer, recording, 0, min(estimates.t.size, MAX_REPLAYED_SAMPLES) - 1)

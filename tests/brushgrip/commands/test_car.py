@@ -132,8 +132,7 @@ def test_the_model_found_of_a_car_is_its_vehicle_with_the_inclination_found(
     declared, changed = (gather_inputs([str(path)], vehicle=one) for one in (car, leaning))
     found = replace(make_diagnosis(("a",), ()), of_car=True, inclination=0.3)
     outcome = friction_by_both_models(
-        declared.recordings(), [], found,
-        with_inclination=lambda one: declared.recordings(inclination=one),
+        declared.recordings(), [], found, by_inclination=declared.recordings(inclination=0.3)
     )  # fmt: skip
     without = friction_by_both_models(changed.recordings(), [], found)
 
