@@ -43,11 +43,12 @@ def notes_on_declared_values(
         # Shares of a car's torques are no values that anybody declares.
         if name in TOLERATED and len(of_all) == count >= FEWEST_ALIKE and _is_common(of_all):
             common[name] = _common_note(of_all)
+    ended = [one for one in wanted if one.at_end and one.name not in common]
+    first = {one.name: one for one in reversed(ended)}
     single = [
-        f"{one.owner}: {one.name}{_meaning(one.name)} is at the end of its tolerance,"
+        f"{one.owner}: {one.name}{_meaning(one.name) * (one is first[one.name])} is at the end of its tolerance,"
         f" {one.value:g}{_unit(one.name)}"
-        for one in wanted
-        if one.at_end and one.name not in common
+        for one in ended
     ]
     return [*common.values(), *single]
 
