@@ -46,8 +46,8 @@ def notes_on_declared_values(
     ended = [one for one in wanted if one.at_end and one.name not in common]
     first = {one.name: one for one in reversed(ended)}
     single = [
-        f"{one.owner}: {one.name}{_meaning(one.name) * (one is first[one.name])} is at the end of its tolerance,"
-        f" {one.value:g}{_unit(one.name)}"
+        f"{one.owner}: {one.name}{_meaning(one.name) * (one is first[one.name])} is at the end of"
+        f" its tolerance, {one.value:g}{_unit(one.name)}"
         for one in ended
     ]
     return [*common.values(), *single]
