@@ -111,6 +111,7 @@ class DiagnoseRequest(RecordingRequest):
                 made,
                 executor,
                 notes=[*suspected.values()],
+                with_inclination=lambda one: thin_recordings(inputs.recordings(inclination=one))[0],
                 loss=loss,
                 candidates=[*library.values(), *inputs.effects],
                 jobs=self.jobs,

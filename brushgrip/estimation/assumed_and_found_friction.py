@@ -19,6 +19,7 @@ from brushgrip.inputs.option_choices import ObserverName
 from identification import Diagnosis, FoundModel, Recording, signals_of
 from identification.selection.trial_runner import Submit, results_of, run_at_once
 from observers import GroundFriction, SelfConsistency, friction_spread, ground_friction, self_consistency
+from symbolic import Rig
 from symbolic.patch_moment import full_slide_arm
 from symbolic.tables.found_model import is_of_other_scale
 from symbolic.trajectory_sensitivity import memory_at_full_slide
@@ -47,6 +48,7 @@ class FrictionOutcome:
     slide_speed: float | None = None  # That mu_eff belongs to, mean over contact and recordings [m/s].
     slide_rate: float | None = None  # Turning at which it slides so [rad/s].
     load: float | None = None  # That mu_eff by the model found is told at [N]; None: it changes nothing.
+    inclination: float | None = None  # Of kingpins in the vehicle that is the model found [rad].
     # Mean mu_eff of each ground by the model without its stand-ins over that with them [1], both fitted
     # to whole recordings; empty where the diagnosis has no such model.
     without_stand_ins: Mapping[str, float] = field(default_factory=dict)
@@ -82,9 +84,9 @@ class FrictionOutcome:
             if own
         }
 
-    def bands(self) -> dict[str, GroundFriction]:
-        """Those of `further` by the model found that have a band for a further recording."""
-        return {ground: one for ground, one in self.further().items() if one.further is not None}
+    def bands(self, label: str = EKF_FOUND) -> dict[str, GroundFriction]:
+        """Those of `further` that have a band for a further recording."""
+        return {ground: one for ground, one in self.further(label).items() if one.further is not None}
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `friction` in `diagnosis.json`."""
@@ -97,6 +99,7 @@ class FrictionOutcome:
                 "spread": {g: friction_spread([stage[n] for n in names]) for g, names in named.items()},
                 "further": {ground: asdict(one) for ground, one in self.further(label).items()},
                 "load": self.load if stage is self.after else None,
+                "inclination": self.inclination if stage is self.after else None,
                 "without_stand_ins": dict(self.without_stand_ins) if stage is self.after else {},
                 "recordings": {
                     recording: asdict(consistency)
@@ -152,17 +155,20 @@ def friction_by_both_models(
     holdout: Sequence[Recording],
     diagnosis: Diagnosis,
     submit: Submit = run_at_once,
+    by_inclination: Sequence[Recording] | None = None,
 ) -> FrictionOutcome | None:
     """The EKF over every recording by both models; None where a recording has no aligning torque.
 
     None, too, where k of the model is of another scale than the declared one. The moving-horizon
     estimator goes over `MAX_COMPARED` of the recordings too, those held out first. `submit` takes the
-    work to processes; the result is the same.
+    work to processes; the result is the same. `by_inclination` are all recordings of a car by the
+    vehicle with the inclination of the diagnosis, which then is the model found.
     """
     recordings = [*training, *holdout]
     if not recordings or not all(aligning_torque_is_measured(recording) for recording in recordings):
         return None
-    compared = [*holdout, *training][:MAX_COMPARED]
+    of_found = by_inclination or recordings
+    compared = [*of_found[len(training) :], *of_found[: len(training)]][:MAX_COMPARED]
     found = found_model(diagnosis)
     fitted = _model_with_values_of_recordings(diagnosis)
     on_rig = [r for r in recordings if r.standstills is None]
@@ -170,20 +176,20 @@ def friction_by_both_models(
     if any(is_of_other_scale(k, r.tyre.k, r.rig.tolerances.k) for k, r in stiffness):
         return None
     load = common_load(found, recordings)
-    references = {
-        at: {r.name: offline_friction(fitted, r, at) for r in recordings} for at in {load, None}
-    }
+    pairs = list(zip(recordings, of_found, strict=True))
+    by_found = {r.name: offline_friction(fitted, r, load, one.rig) for r, one in pairs}
+    by_declared = {r.name: offline_friction(fitted, r) for r in recordings}
     labels = dict.fromkeys(r.ground or "" for r in recordings)
     grounds = {g: tuple(r.name for r in recordings if (r.ground or "") == g) for g in labels}
     runs = {
         MHE_FOUND: (ObserverName.MHE, found, compared),
-        EKF_FOUND: (ObserverName.EKF, found, recordings),
+        EKF_FOUND: (ObserverName.EKF, found, of_found),
         EKF_DECLARED: (ObserverName.EKF, None, recordings),
     }
     # To build an observer takes longer than to run it, and one serves all recordings.
     outcomes: dict[str, dict[str, _TrackAndConsistency]] = results_of(
         {
-            label: submit(_tracks, observer, model, some, references[load if model else None], load)
+            label: submit(_tracks, observer, model, some, by_found if model else by_declared, load)
             for label, (observer, model, some) in runs.items()
         }
     )
@@ -201,16 +207,14 @@ def friction_by_both_models(
         slide_speed=_mean([r.rig.slide_rate * full_slide_arm(r.rig.a, r.rig.e) for r in recordings]),
         slide_rate=_mean([r.rig.slide_rate for r in recordings]),
         load=load,
-        without_stand_ins=_friction_without_stand_ins(
-            diagnosis, recordings, references[load], grounds, load
-        ),
+        inclination=diagnosis.inclination if by_inclination else None,
+        without_stand_ins=_friction_without_stand_ins(diagnosis, recordings, grounds, load),
     )
 
 
 def _friction_without_stand_ins(
     diagnosis: Diagnosis,
     recordings: Sequence[Recording],
-    told: Mapping[str, float],
     grounds: Mapping[str, Sequence[str]],
     load: float | None,
 ) -> dict[str, float]:
@@ -218,8 +222,11 @@ def _friction_without_stand_ins(
     if diagnosis.without_stand_ins is None:
         return {}
     model, values = diagnosis.without_stand_ins
-    poorer = _model_with_values_of_recordings(replace(diagnosis, model=model, values=values))
-    mu = {r.name: offline_friction(poorer, r, load) for r in recordings}
+    poorer = replace(diagnosis, model=model, values=values)
+    mu, told = (
+        {r.name: offline_friction(_model_with_values_of_recordings(d), r, load) for r in recordings}
+        for d in (poorer, diagnosis)
+    )
     return {
         ground: float(np.mean([mu[n] for n in names]) / np.mean([told[n] for n in names]))
         for ground, names in grounds.items()
@@ -236,7 +243,7 @@ def _tracks(
     """Tracks of an observer over recordings, and how consistent, by name; of a found model at a load."""
     factory, observed = observer_factory(observer), {}
     for recording in recordings:
-        # A car's observer knows its gear as declared, and takes no other model.
+        # A car's observer takes no model but its vehicle.
         used = None if recording.standstills is not None else model
         estimates, reference = observe(factory, recording, used), references[recording.name]
         if used is not None and load is not None:
@@ -252,13 +259,16 @@ def _tracks(
     return observed
 
 
-def offline_friction(found: FoundModel, recording: Recording, load: float | None = None) -> float:
+def offline_friction(
+    found: FoundModel, recording: Recording, load: float | None = None, told: Rig | None = None
+) -> float:
     """mu_eff at the end of a recording [1] that the diagnosis saw: mu and rig fitted to all of it.
 
     Independent of the filter, not of the recording or of the model found. At a load [N], None for the
-    recording's median.
+    recording's median; told by the contact of a rig, None for the recording's.
     """
     model, rig = found.model, recording.rig
+    told = told or rig
     fitted = found.rig.get(recording.name, {})
     load = float(np.median(recording.F_N)) if load is None else load
     theta = model.theta(found.values_for(recording.name, ground=recording.ground))
@@ -270,7 +280,7 @@ def offline_friction(found: FoundModel, recording: Recording, load: float | None
         [fitted.get("a", rig.a), fitted.get("e", rig.e)],
         rig.slide_rate,
     )
-    mu_eff, torque = model.full_slide(memory, load, theta, [rig.a, rig.e], rig.slide_rate)
+    mu_eff, torque = model.full_slide(memory, load, theta, [told.a, told.e], rig.slide_rate)
     return float(corrected * mu_eff / torque)
 
 

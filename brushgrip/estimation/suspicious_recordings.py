@@ -29,7 +29,7 @@ from identification.reading.sensor_saturation import sensor_saturation
 from identification.residuals.unexplained_residual import white_noise
 from observers import Ekf, Estimates, Loop, Mhe, Observer, Status, suspicions_of
 from observers.estimates import BAND_STDS
-from observers.protocol import MAX_SAMPLE_PERIOD
+from observers.protocol import MAX_SAMPLE_PERIOD, UNINFORMED
 from observers.quality.hypotheses_verdict import VERDICT
 from observers.tuning import REFERENCE_STEP
 from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_share_below_mean
@@ -39,6 +39,8 @@ SUSPECTED = "an input looks wrong, so that the result may be void"
 """How the note on it begins in a diagnosis."""
 MAY_END = "the sensor may end"
 """How the note begins in a diagnosis where the torque seems to end by its sensor."""
+CLEARLY_OFF = 3.0
+"""Deviations of ln s from which on the slope, not too little turn, is why mu is not known [1]."""
 MAX_REPLAYED_SAMPLES = 20_000
 """Samples that go through the observer once more, one by one."""
 
@@ -74,6 +76,29 @@ def suspected_cause(
         without_directional_friction(factory(recording, found)), recording, 0, int(flagged[-1])
     )
     return causes_with_map(recording, loop.suspicions, torque_channel_name(recording))
+
+
+def why_not_acquired(observer: Observer, recording: Recording, estimates: Estimates) -> str:
+    """Why friction was still being acquired at the end, with a remedy; empty where something else was.
+
+    That needs a mu that is known, and a slope of the torque that the tolerance of k allows.
+    """
+    status = Status(int(estimates.status[-1])) & (UNINFORMED | Status.INCONSISTENT)
+    observer = without_directional_friction(observer)
+    if status != Status.ACQUIRING or not isinstance(observer, Ekf | Mhe):
+        return ""
+    loop = _replayed(observer, recording, 0, min(estimates.t.size, MAX_REPLAYED_SAMPLES) - 1)
+    verdict = dict(zip(VERDICT, np.ravel(loop.state["verdict"]).tolist(), strict=True))
+    off = hypot(verdict["var_log_gain"] ** 0.5, observer.effective_tuning.error)
+    if verdict["verified"] or abs(verdict["log_gain"]) <= CLEARLY_OFF * off:
+        return "turned too little: turn on, or turn back once; else check the torque's unit and gear"
+    k, others = "k", "a and F_N"
+    if recording.standstills is not None:
+        k, others = "stiffness", "half_length and front_axle_load"
+    return (
+        f"{k} does not fit: the torque rises {exp(verdict['log_gain']):.2g} times as steeply as {k},"
+        f" {others} say; correct {k} or its tolerance, or check the torque's unit and gear"
+    )
 
 
 def slope_of_car(factory: ObserverFactory, recording: Recording, at: int) -> str:

@@ -68,10 +68,17 @@ class Inputs:
     span: tuple[float | None, float | None] = WHOLE  # That is used of each recording [s].
     steering_ratio: float | None = None  # Angle recorded of the steering wheel over the wheel's.
 
-    def recordings(self, *, torque_required: bool = True, causal: bool = False) -> list[Recording]:
-        """The recordings in order, each on its ground; `causal` fills gaps from the past alone."""
+    def recordings(
+        self, *, torque_required: bool = True, causal: bool = False, inclination: float | None = None
+    ) -> list[Recording]:
+        """The recordings in order, each on its ground; `causal` fills gaps from the past alone.
+
+        An inclination [rad] goes before that of the vehicle.
+        """
         nominal = None if self.rig is None else read_rig(self.rig)
         vehicle = None if self.vehicle is None else read_vehicle(self.vehicle)
+        if vehicle is not None and inclination is not None:
+            vehicle = replace(vehicle, inclination=inclination)
         read_one = partial(
             read_recording, torque_required=torque_required, causal=causal, signals=self.signals
         )

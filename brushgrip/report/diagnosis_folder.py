@@ -1,7 +1,7 @@
 """The results of a diagnosis in a folder: what is written, what goes, and what is said."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
@@ -53,18 +53,23 @@ def diagnose_and_write(
     provenance: Provenance,
     executor: Executor | None,
     notes: Sequence[str] = (),
+    with_inclination: Callable[[float], Sequence[Recording]] | None = None,
     **options: Any,
 ) -> tuple[dict[str, Any], Diagnosis, FrictionOutcome | None]:
     """Searches, estimates friction by what was found, and writes all results into an existing folder.
 
-    Options are those of `identification.diagnose`; the notes go before its own. The content of
+    Options are those of `identification.diagnose`; the notes go before its own; `with_inclination`
+    reads all recordings of a car by the vehicle with another inclination [rad]. The content of
     diagnosis.json is returned first.
     """
     submit = submit_of(executor)
     with progress() as report:
         result = identification.diagnose(*searched, executor=executor, progress=report, **options)
         report("estimating friction", 0, 1)
-        outcome = assumed_and_found_friction.friction_by_both_models(*estimated, result, submit)
+        again = None
+        if with_inclination and result.inclination is not None:
+            again = with_inclination(result.inclination)
+        outcome = assumed_and_found_friction.friction_by_both_models(*estimated, result, submit, again)
     result = replace(result, notes=(*notes, *result.notes))
     model = json.loads(model_text(result)) | {KEY: dict(provenance)}
     write_utf8(folder / MODEL, json_text(model))

@@ -1,6 +1,13 @@
 """The results for somebody who knows no tyre model: friction by ground, and lines for a mail."""
 
-from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome, found_model
+from collections.abc import Sequence
+
+from brushgrip.estimation.assumed_and_found_friction import (
+    EKF_DECLARED,
+    EKF_FOUND,
+    FrictionOutcome,
+    found_model,
+)
 from brushgrip.estimation.suspicious_recordings import weaker_direction_share_and_note
 from brushgrip.report.friction_summary import (
     at_common_load,
@@ -45,6 +52,7 @@ def friction_and_notes(outcome: FrictionOutcome | None) -> tuple[list[str], list
     for ground in filter(None, outcome.grounds):
         names = outcome.grounds[ground]
         line = further_recording(ground + at_common_load(outcome), further.get(ground), len(names))
+        line += f"; {told}" if (told := _of_vehicle(outcome, [ground])) else ""
         (known if ground in bands else notes).append(line)
     return known, notes
 
@@ -68,11 +76,12 @@ def lines_to_send(
     wide = [_differences(told, ground, one) for ground, one in told.further().items()]
     also = [*wide, _weaker(diagnosis, told), *reserved]
     missing = missing_effects(diagnosis, told if known and not diagnosis.of_car else None)
-    provisional = ", provisional" if known and diagnosis.stiffness_ratio != 1 else ""
+    provisional = known and diagnosis.stiffness_ratio != 1
     finding = {LEFT_OUT: missing} if missing else {"Result": [headline(diagnosis)]}
     if_wrong = _if_stiffness_is_wrong(diagnosis, told) if provisional else []
-    told_else, doubt = _doubt_of_stiffness(diagnosis, told, if_wrong)
-    friction = {f"Friction between tyre and ground{provisional}": [_friction(told, told_else)]}
+    otherwise, doubt = _doubt_of_stiffness(diagnosis, told, if_wrong)
+    why = why_provisional(diagnosis, otherwise) if provisional else ""
+    friction = {"Friction between tyre and ground": [_friction(told, why)]}
     cases = stiffness_cases(diagnosis)
     for at, value in enumerate(if_wrong, 1):
         cases[at] = f"{cases[at].removesuffix('.')}: then {value}."
@@ -114,33 +123,31 @@ def _repeatability(diagnosis: Diagnosis) -> str:
     )
 
 
+def why_provisional(diagnosis: Diagnosis, otherwise: str = "") -> str:
+    """That friction is provisional by a stiffness that was not declared, in a sentence; else empty."""
+    ratio, whole, comes = diagnosis.stiffness_ratio, "rig", "the tyre comes"
+    if diagnosis.of_car:
+        whole, comes = "car", "tyres and what yields beside them come"
+    several = sum(note.startswith(OFF_STIFFNESS) for note in diagnosis.notes) > 1
+    return (
+        f"Provisional, specify nothing before the {whole} is checked: {comes} out {ratio:.2f} times as"
+        f" stiff as declared{' at the farthest' * several}{otherwise}."
+    ) * bool(ratio != 1)
+
+
 def _doubt_of_stiffness(
     diagnosis: Diagnosis, outcome: FrictionOutcome, if_wrong: list[str]
 ) -> tuple[str, str]:
-    """What friction may be else, and why nothing is sure, by a stiffness that was not declared."""
-    ratio = diagnosis.stiffness_ratio
-    several = sum(note.startswith(OFF_STIFFNESS) for note in diagnosis.notes) > 1
-    read, whole = ("force", "car") if diagnosis.of_car else ("torque", "rig")
-    comes = "tyres and what yields beside them come" if diagnosis.of_car else "the tyre comes"
+    """What friction may be else, and between which ends, by a stiffness that was not declared."""
+    ratio, read = diagnosis.stiffness_ratio, "force" if diagnosis.of_car else "torque"
     # What yields beside a car's tyres is the likelier cause of a stiffness that is too low.
-    told_else = ""
-    if if_wrong and not (diagnosis.of_car and ratio < 1):
-        times, wrong = max(ratio, 1 / ratio), "high" if ratio > 1 else "low"
-        told_else = (
-            f" Specify nothing before the {whole} is checked: if the {read} reads {times:.2f} times too"
-            f" {wrong}, as it may, it is {if_wrong[0]}."
-        )
-    doubt = (
-        f"Not sure until the {whole} is checked{', so specify nothing before then' * (not told_else)}:"
-        f" {comes} out {ratio:.2f} times as stiff as declared{' at the farthest' * several}, and these"
-        " recordings do not tell why."
+    if not if_wrong or (diagnosis.of_car and ratio < 1):
+        return "", ""
+    return (
+        f"; if the {read} reads so much too {'high' if ratio > 1 else 'low'}, friction is {if_wrong[0]}",
+        f"Whichever holds, with its ± friction is anything from {_possible(outcome, ratio)};"
+        " other errors come on top.",
     )
-    if told_else:
-        reach = _possible(outcome, ratio)
-        doubt += (
-            f" Whichever holds, with its ± friction is anything from {reach}; other errors come on top."
-        )
-    return told_else, doubt
 
 
 def _filled(parts: dict[str, list[str]]) -> Parts:
@@ -149,8 +156,8 @@ def _filled(parts: dict[str, list[str]]) -> Parts:
     return [(label, items) for label, items in filled.items() if items]
 
 
-def _friction(outcome: FrictionOutcome, else_friction: str = "") -> str:
-    """Friction of every ground, what it may be else, and which grounds may be one."""
+def _friction(outcome: FrictionOutcome, why_provisional: str = "") -> str:
+    """Friction of every ground, why it is provisional, and which grounds may be one."""
     grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
     bands = outcome.bands().values()
     count, of, each = str(len(outcome.before)), "from", ""
@@ -164,7 +171,19 @@ def _friction(outcome: FrictionOutcome, else_friction: str = "") -> str:
     line += f", all told{at_common_load(outcome)}, as friction changes with it" * (
         outcome.load is not None
     )
-    return f"{sentence(line)}{else_friction}{grounds_alike(outcome)}"
+    parts = [line, _of_vehicle(outcome, list(outcome.grounds)), why_provisional]
+    return f"{' '.join(sentence(part) for part in parts if part)}{grounds_alike(outcome)}"
+
+
+def _of_vehicle(outcome: FrictionOutcome, grounds: Sequence[str]) -> str:
+    """By which vehicle friction is told that was found, and what the declared one gives; else empty."""
+    if outcome.inclination is None:
+        return ""
+    declared = "; ".join(_on_ground(outcome, ground, EKF_DECLARED) for ground in grounds)
+    return (
+        f"this is by the vehicle with the inclination that was found, {outcome.inclination:.3f} rad; by"
+        f" the vehicle as declared it would be {declared}"
+    )
 
 
 def _if_stiffness_is_wrong(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
@@ -241,14 +260,14 @@ def _differences(outcome: FrictionOutcome, ground: str, friction: GroundFriction
     )
 
 
-def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
+def _on_ground(outcome: FrictionOutcome, ground: str, label: str = EKF_FOUND) -> str:
     """Friction on a ground in a phrase: for a further recording, or else of each."""
     where = f" on {ground}" * bool(ground)
-    if band := outcome.bands().get(ground):
+    if band := outcome.bands(label).get(ground):
         by, count = band.recordings, len(outcome.grounds[ground])
         some = f" (by {by} of {count} recordings)" * (by < count)
         return f"{prediction_band(band)}{where}{some}"
-    known = sorted(outcome.known_tracks(ground), key=lambda own: own[0].mu[own[1]])
+    known = sorted(outcome.known_tracks(ground, label), key=lambda own: own[0].mu[own[1]])
     values = [f"{last_usable_friction(track)} ({track.name})" for track, _ in known]
     if len(values) > MAX_LISTED:
         return f"{values[0]} to {values[-1]}{where} in {len(values)} recordings"

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome, found_model
 from brushgrip.outputs.console import print_table, print_text, say, warn
 from brushgrip.report.friction_summary import widest_causes
-from brushgrip.report.plain_summary import friction_and_notes, lines_to_send
+from brushgrip.report.plain_summary import friction_and_notes, lines_to_send, why_provisional
 from brushgrip.report.tables import (
     errors_by_stage,
     friction_by_recording,
@@ -67,7 +67,7 @@ def print_diagnosis(
     if warning:
         print_text(warning, style="bold")
     known, notes = friction_and_notes(outcome)
-    for line in (*known, headline(diagnosis)):
+    for line in (*known, *filter(None, [why_provisional(diagnosis)] * bool(known)), headline(diagnosis)):
         print_text(line, style="bold")
     for line in notes:
         print_text(line)

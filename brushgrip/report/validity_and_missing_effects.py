@@ -238,7 +238,8 @@ def _family_of(name: str) -> str:
 def benefit_for_friction(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     """What the model found changes for friction, in a sentence; empty where it changes nothing."""
     declared, found = (list(outcome.tracks_of(label).values()) for label in (EKF_DECLARED, EKF_FOUND))
-    if diagnosis.of_car or not diagnosis.effects or not declared or not found:
+    as_declared = diagnosis.of_car and outcome.inclination is None
+    if as_declared or not diagnosis.effects or not declared or not found:
         return ""
     return (
         f"A value of friction comes out in {_known(found)} by the model found; in {_known(declared)} by"

@@ -36,6 +36,7 @@ from brushgrip.estimation.suspicious_recordings import (
     torque_beyond_sensor_range,
     unstated_range,
     weaker_direction_share_and_note,
+    why_not_acquired,
 )
 from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.option_choices import ObserverName
@@ -203,6 +204,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     if at is None:
         cause = cause or suspected_cause(factory, recording, found, estimates) or doubts[0]
         cause = cause or hidden_by_zero(observer, estimates)
+        cause = cause or why_not_acquired(observer, recording, estimates)
     number, why = unusable_samples_and_remedy(estimates, noise, rates, cause, of_car=of_car)
     aligning, directed, line = getattr(observer, "measurement_model", None), dict[str, str | float](), ""
     if by_direction := isinstance(aligning, DirectionalFriction):
@@ -234,9 +236,8 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
             )
             doubts.append(of_model)
     doubts = [doubt for doubt in doubts if doubt != cause]
-    told += doubts
     note = BETWEEN.join(filter(None, (note, *doubts)))
-    lines = (f"{recording.name}: {line}" for line in told if line)
+    lines = (f"{recording.name}: {line}" for line in (*told, *doubts) if line)
     beside = recording_remark(estimates, cause if cause and at is None else why * (number > 0), note)
     row = {**summary_row(recording, estimates, beside), **directed}
     return EstimateOutcome(row=row, lines=tuple(lines))

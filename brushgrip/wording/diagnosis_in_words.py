@@ -210,10 +210,13 @@ def use_of_model(diagnosis: Diagnosis, found: FoundModel) -> str:
     """Friction by `estimate` with the model of a diagnosis."""
     if not diagnosis.of_car:
         return f"With model.json the command estimate uses {taken_from_model(found)}."
+    vehicle = "as declared, before and after alike"
+    if diagnosis.inclination is not None:
+        vehicle = f"with inclination = {diagnosis.inclination:.3f}, before it as declared"
     return (
-        "Friction is by the vehicle as declared, before and after alike: estimate takes no model.json of"
-        " a car. Declare what was found as inclination (return torque), gear_friction or damping, or"
-        " measure these: brushgrip identify --plates --write-vehicle."
+        f"Friction is by the vehicle {vehicle}: estimate takes no model.json of a car. Declare what was"
+        " found as inclination (return torque), gear_friction or damping, or measure these: brushgrip "
+        "identify --plates --write-vehicle."
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from identification.fits.fitting import AT_BOUND, Fit
 from identification.fits.parameter_values import ParameterEstimate
+from identification.reading.declared_torques import SHARES
 from symbolic import TOLERATED
 
 FEWEST_ALIKE = 3
@@ -42,10 +43,12 @@ def notes_on_declared_values(
         # Shares of a car's torques are no values that anybody declares.
         if name in TOLERATED and len(of_all) == count >= FEWEST_ALIKE and _is_common(of_all):
             common[name] = _common_note(of_all)
+    ended = [one for one in wanted if one.at_end and one.name not in common]
+    first = {one.name: one for one in reversed(ended)}
     single = [
-        f"{one.owner}: {one.name} is at the end of its tolerance, {one.value:g}{_unit(one.name)}"
-        for one in wanted
-        if one.at_end and one.name not in common
+        f"{one.owner}: {one.name}{_meaning(one.name) * (one is first[one.name])} is at the end of"
+        f" its tolerance, {one.value:g}{_unit(one.name)}"
+        for one in ended
     ]
     return [*common.values(), *single]
 
@@ -88,6 +91,10 @@ def _common_note(wanted: Sequence[_WantedValue]) -> str:
         f"all {len(wanted)} recordings want {one.name} {than} than the declared"
         f" {one.declared:g}{unit}, {value:.3g}{unit} or beyond: measure it"
     )
+
+
+def _meaning(name: str) -> str:
+    return f" ({SHARES[name]})" if name in SHARES else ""
 
 
 def _unit(name: str) -> str:

@@ -61,19 +61,25 @@ def stiffness_note(k: float, recording: Recording) -> str:
     return f"{note} (estimate refuses this model)" if refused else note
 
 
-def return_torque_note(car: Standstills, stiffness: float, std: float, share: float) -> str:
-    """What a stiffness [N m/rad] beside this share of the declared return torque says of the kingpin."""
+def kingpin_of_return_torque(
+    car: Standstills, stiffness: float, std: float, share: float
+) -> tuple[str, float | None]:
+    """What a stiffness [N m/rad] beside this share of the declared return torque says of the kingpin.
+
+    Then the inclination that makes it [rad], None where the declared one may.
+    """
     vehicle, angle = car.vehicle, OF_LOCK * lock_angle(car.vehicle)
     growth = growth_to_full_lock(vehicle, brakes=car.brakes[0]).torque * np.sin(angle) ** 2
     if not (declared := float(jacking_torque(vehicle, angle))):
-        return "the declared kingpin makes no return torque: declare its inclination"
+        return "the declared kingpin makes no return torque: declare its inclination", None
     by_stiffness = angle * (1 + growth) / declared
     factor, band = share + stiffness * by_stiffness, 2 * std * abs(by_stiffness)
     note = f"{factor:.2f} ± {band:.2f} times the declared return torque, known to ± {2 * JACKING:.0%}"
     if abs(factor - 1) <= 2 * JACKING:
-        return f"{note}: within its tolerance, declare nothing"
+        return f"{note}: within its tolerance, declare nothing", None
+    note = f"{note}: beyond its tolerance"
     try:
-        inclination = inclination_of_return(vehicle, factor)
+        inclination = round(inclination_of_return(vehicle, factor), 3)
     except InvalidInputError as error:
-        return f"{note}: beyond its tolerance; {error}"
-    return f"{note}: beyond its tolerance; inclination = {inclination:.3f} in the vehicle file makes it"
+        return f"{note}; {error}", None
+    return f"{note}; inclination = {inclination:.3f} in the vehicle file makes it", inclination

@@ -8,7 +8,7 @@ from identification.diagnosis.doubtful_effects import stand_ins
 from identification.diagnosis.effect_family_curves import found_families
 from identification.diagnosis.error_stages import errors_of
 from identification.diagnosis.found_stiffness import farthest_stiffness_ratio
-from identification.diagnosis.graded_effects import found_effects, notes_on
+from identification.diagnosis.graded_effects import found_effects, found_kingpin, notes_on
 from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import Candidate, FoundEffect, Series, TorqueErrors
 from identification.experiments.proposed_experiment import Proposal
@@ -57,6 +57,7 @@ def build_diagnosis(
     left = unexplained(after.residuals, everything, followed[1], fitted.loss)
     standing_in = stand_ins(steps, rests, everything, left)
     effects = found_effects(steps, rests, estimates, training, proposals, standing_in)
+    kingpins = [found_kingpin(effect, fitted, training)[1] for effect in effects]
     return Diagnosis(
         recordings=tuple(r.name for r in training),
         holdout=tuple(r.name for r in holdout),
@@ -77,6 +78,7 @@ def build_diagnosis(
             errors_before, errors_after, fitted, training, after.fits[1:], effects, estimates
         ),
         criteria=search.criteria,
+        inclination=next((one for one in kingpins if one is not None), None),
         stiffness_ratio=farthest_stiffness_ratio(fitted, training),
         repeatability=repeatability(everything, fitted.values.tyre["k"]),
         model_error_before=error_before,

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from identification.diagnosis.declared_values import notes_on_declared_values
-from identification.diagnosis.found_stiffness import return_torque_note, stiffness_note
+from identification.diagnosis.found_stiffness import kingpin_of_return_torque, stiffness_note
 from identification.diagnosis.result_parts import FoundEffect, Grade, TorqueErrors
 from identification.experiments.proposed_experiment import Proposal
 from identification.fits.fitting import Fit, parameters_at_bounds
@@ -207,13 +207,8 @@ def notes_on(
         if UNRECORDED_LOAD in effect.indistinguishable_from:
             notes.append(f"{effect.name}: it is this, or a load that changes with the angle: record it")
         stiffness = effect.parameters.get("stiffness")
-        if stiffness and recordings and (car := recordings[0].standstills) is not None:
-            label = (recordings[0].name, "return_share")
-            share = fitted.values.at(label) if label in fitted.labels else 1.0
-            told = return_torque_note(car, stiffness.value, stiffness.std or 0.0, share)
-            unsure = effect.grade in ("weak", "stands_in") and "inclination = " in told
-            doubt = "; have a second log confirm it before you declare it" * unsure
-            notes.append(f"{effect.name}: {told}{doubt}")
+        if told := found_kingpin(effect, fitted, recordings)[0]:
+            notes.append(f"{effect.name}: {told}")
         elif stiffness and stiffness.value < 0:
             notes.append(
                 f"{effect.name}: a negative stiffness, so no spring: it turns the wheel outward"
@@ -221,6 +216,24 @@ def notes_on(
     if not fitted.converged:
         notes.append(f"the final fit stopped early ({fitted.status}); more samples or bounds may help")
     return tuple(notes)
+
+
+def found_kingpin(
+    effect: FoundEffect, fitted: Fit, recordings: Sequence[Recording]
+) -> tuple[str, float | None]:
+    """What an effect says of a car's kingpin, and the inclination to declare [rad], None for none."""
+    stiffness, car = (
+        effect.parameters.get("stiffness"),
+        recordings[0].standstills if recordings else None,
+    )
+    if stiffness is None or car is None:
+        return "", None
+    label = (recordings[0].name, "return_share")
+    share = fitted.values.at(label) if label in fitted.labels else 1.0
+    told, inclination = kingpin_of_return_torque(car, stiffness.value, stiffness.std or 0.0, share)
+    if inclination is not None and effect.grade in ("weak", "stands_in"):
+        return f"{told}; have a second log confirm it before you declare it", None
+    return told, inclination
 
 
 def assumed_tolerances_note(recordings: Sequence[Recording]) -> str:

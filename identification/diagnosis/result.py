@@ -60,6 +60,8 @@ class Diagnosis:
             was fitted to, held out or left out in turn; None where there is no such recording.
         model_error: the same of the final model.
         of_car: whether the recordings are of cars, whose mean wheels these are.
+        inclination: of a car's kingpins, where a clear return torque asks for another than the declared
+            one [rad]; else None.
         stiffness_ratio: k over the declared one where that is farthest off [1]; 1 within tolerance.
         repeatability: how well recordings of one ground and load repeat; None without replicates.
         without_stand_ins: the model of all effects but the stand-ins, and its values; None without
@@ -86,6 +88,7 @@ class Diagnosis:
     model_error_before: ModelError | None = None
     model_error: ModelError | None = None
     of_car: bool = False
+    inclination: float | None = None
     stiffness_ratio: float = 1.0
     repeatability: Repeatability | None = None
     without_stand_ins: tuple[Model, Values] | None = None

@@ -29,7 +29,7 @@ _OF_GROUND = re.compile(r"m_?z|align", re.IGNORECASE)
 """Names of a torque that is the ground's by its name, not perhaps that which turns the wheel."""
 _NEEDS_STEERING_RATIO = ("psi", "psi_dot", "M_z", "M")
 _USUAL_NAMES = {
-    "t": ("time", "zeit", "timestamp", "sec"),
+    "t": ("time", "zeit", "timestamp", "sec", "clock", "uhr"),
     "psi": ("psi", "angle", "winkel", "steer", "yaw", "lenk"),
     "M_z": ("mz", "torque", "moment", "align"),
     "F_N": ("fn", "fz", "load", "last", "force", "kraft", "normal"),
@@ -238,7 +238,7 @@ def _listed(names: Sequence[str]) -> str:
 EITHER = {"rack": "rack or handwheel", "F_rack": "F_rack or T_bar"}
 """Columns of which one or the other is needed."""
 _USUAL = {
-    "t": r"^t$|time|zeit|^sec",
+    "t": r"^t$|time|zeit|^sec|^clock|uhr",
     "F_rack": r"rack.*(force|frc|load)|zahnstangenkraft|^f_?rack",
     "T_motor": r"^(?!.*(speed|angle|pos|state|temp)).*mot",
     "T_bar": r"bar|tors|(steer|hand|driver).*(torq|trq|mom)|^swt",

@@ -27,6 +27,13 @@ from symbolic.vehicle.steering import jacking_torque, lock_angle
 JACKING, GROWTH = 0.08, 0.5
 """Standard deviation of the return torque and of the torque's growth towards the locks as shares of
 them [1]: angles of the kingpin within 1 deg, and the nose that gives way."""
+SHARES = {
+    "gear_share": "the gear's dry friction over that declared",
+    "return_share": "the return torque of the kingpins over that declared",
+    "damping_share": "damping of joints and gear over that declared",
+    "growth_share": "growth of the wheels' torque towards the locks over that by the declared kingpin",
+}
+"""What each share of `vehicle_torques` is."""
 SLACK = 2e-4
 """Play of the angle's noise, either way [rad]."""
 

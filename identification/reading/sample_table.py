@@ -43,6 +43,11 @@ MAX_VALUES = {
 """A number beyond these is a fault of the file."""
 
 
+HALF_A_DAY = 43200.0
+MIDNIGHT = ", as a clock does at midnight (write dates before the times, or cut the file there)"
+"""What a fall of the time by more than half a day [s] may be."""
+
+
 class TableFault(NamedTuple):
     """One faulty sample, and what is wrong with it."""
 
@@ -180,7 +185,7 @@ def _time_checks(t: Array) -> Iterator[_Check]:
     def late(at: int) -> str:
         manner = "stands nearly still" if t[at] > before[at] else "repeats"
         if t[at] < before[at]:
-            manner = "runs backwards"
+            manner = "runs backwards" + MIDNIGHT * bool(before[at] - t[at] > HALF_A_DAY)
         return (
             f"time {manner}: t = {t[at]:.10g} s after {before[at]:.10g} s; t must increase from"
             f" sample to sample, by at least {MIN_TIME_STEP:g} s"

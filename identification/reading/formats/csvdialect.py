@@ -1,7 +1,9 @@
 """How a CSV file is written: its letters, what separates fields, the decimal sign, a row of units."""
 
 import codecs
+import re
 from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 
 from identification.reading.checked_file_reading import read_bytes
@@ -12,6 +14,7 @@ DELIMITERS = ("\t", ";", ",")
 """Of two that separate equally many fields the first is taken."""
 _WESTERN = frozenset("°µ²³·äöüÄÖÜßéè±".encode("cp1252"))
 """Bytes beyond ASCII that units and headings have where a file is in the letters of Windows."""
+_CLOCK = re.compile(r"(?:(\d{4}-\d\d-\d\d)[T ])?(\d?\d:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?)")
 _UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
@@ -63,6 +66,34 @@ class NumberParser:
             return None if "_" in text else float(text)
         except ValueError:
             return None
+
+
+class TimeParser:
+    """Times as numbers or, if the first one is so, of a clock: HH:MM:SS or ISO dates, since that [s]."""
+
+    def __init__(self, number_of: NumberParser) -> None:
+        """Numbers are read so."""
+        self._number_of, self._start = number_of, 0.0
+        self.is_clock: bool | None = None
+
+    def __call__(self, text: str) -> float | None:
+        """The time; NaN for an empty field, None for text or for the other kind of time."""
+        if self.is_clock is not False and (found := _CLOCK.fullmatch(text.strip())):
+            return self._since_start(*found.groups())
+        value = self._number_of(text)
+        if value is not None and value == value:
+            self.is_clock = bool(self.is_clock)
+        return None if self.is_clock and value == value else value
+
+    def _since_start(self, date: str | None, clock: str) -> float | None:
+        try:
+            told = datetime.fromisoformat(f"{date or '1970-01-01'}T{'0' * (clock[1] == ':')}{clock}")
+        except ValueError:
+            return None
+        seconds = (told if told.tzinfo else told.replace(tzinfo=UTC)).timestamp()
+        if not self.is_clock:
+            self.is_clock, self._start = True, seconds
+        return seconds - self._start
 
 
 def units_in(row: Sequence[str], places: Mapping[str, int]) -> dict[str, str] | None:

@@ -22,7 +22,13 @@ from identification.reading.channels_by_name import (
     missing_channels,
 )
 from identification.reading.common_clock_and_units import table_from_channels
-from identification.reading.formats.csvdialect import NumberParser, delimiter_of, read_csv_text, units_in
+from identification.reading.formats.csvdialect import (
+    NumberParser,
+    TimeParser,
+    delimiter_of,
+    read_csv_text,
+    units_in,
+)
 from identification.reading.map_for_recording import map_for_recording
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.sample_table import (
@@ -43,10 +49,14 @@ GROUND = "ground"
 """Key of the ground in a first line."""
 MAX_GUESSING_SAMPLES = 100_000
 """Samples from which units are guessed, at most."""
+CLOCK = "; or in every row a clock time, 10:00:00.00 or 2026-01-31 10:00:00.00"
+"""What else a time may be."""
 _DECLARATION = re.compile(rf"#\s*({'|'.join((*DECLARABLE, *NEUTRAL, GROUND))})\s*=(.*)")
 _TOLERANCE = re.compile(r"(.*?)(?:\+-|\+/-|±)(.*)")
 _LINE_END = re.compile(r"\r\n|\n|\r")
 
+Parser = Callable[[str], float | None]
+"""A field as a number; NaN for an empty one, None for text."""
 Rows = Iterator[tuple[int, list[str]]]
 """Fields with the number of their line, which begins at 1."""
 
@@ -75,7 +85,12 @@ def read_csv(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
     first = list(islice(rows, 1))
     units = units_in(first[0][1], header) if first else None
     rows = rows if units else chain(first, rows)
-    columns, numbers, faults = _columns(path, header, len(names), rows, NumberParser(delimiter))
+    number_of = NumberParser(delimiter)
+    time_of = TimeParser(number_of)
+    parsers = {column: time_of if column == "t" else number_of for column in header}
+    columns, numbers, faults = _columns(path, header, len(names), rows, parsers)
+    if time_of.is_clock:
+        columns["t"] = (1e6 * columns["t"]).round().astype("timedelta64[us]")
     by_name = {names[at]: column for column, at in header.items()}
     file = ChannelFile(
         names=names,
@@ -194,7 +209,8 @@ def _reading(
         number_of, places = NumberParser(delimiter), {name: at for at, name in enumerate(names)}
         first = list(islice(rows, MAX_GUESSING_SAMPLES))
         units = first[0][1] if first and not any(map(number_of, first[0][1])) else []
-        return _columns(path, places, len(names), iter(first), number_of)[0], units
+        parsers = {name: TimeParser(number_of) for name in names}
+        return _columns(path, places, len(names), iter(first), parsers)[0], units
 
     def read(name: str) -> ChannelSamples:
         columns, units = content()
@@ -205,7 +221,7 @@ def _reading(
 
 
 def _columns(
-    path: Path, header: Mapping[str, int], width: int, rows: Rows, number_of: NumberParser
+    path: Path, header: Mapping[str, int], width: int, rows: Rows, parsers: Mapping[str, Parser]
 ) -> tuple[dict[str, np.ndarray], "array[int]", list[TableFault]]:
     """Columns, the number of each sample's line, and faults; empty rows at the end are none."""
     columns = {name: array("d") for name in header}
@@ -222,10 +238,14 @@ def _columns(
         if not fitting:
             faults.append(TableFault(sample, f"has {len(fields)} fields, the header has {width}"))
         for name, index in header.items():
-            value = number_of(fields[index]) if fitting else np.nan
+            value = parsers[name](fields[index]) if fitting else np.nan
             if value is None:
                 what = f"{name} = {excerpt(fields[index])} is not a number"
-                faults.append(TableFault(sample, f"{what}; allowed: a finite number, empty or NaN"))
+                faults.append(
+                    TableFault(
+                        sample, f"{what}; allowed: a finite number, empty or NaN{CLOCK * (name == 't')}"
+                    )
+                )
             columns[name].append(np.nan if value is None else value)
     present = {name: np.array(values[:size]) for name, values in columns.items()}
     return present, numbers, [fault for fault in faults if fault.sample < size]

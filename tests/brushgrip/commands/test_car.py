@@ -9,9 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from brushgrip.estimation.assumed_and_found_friction import (
+    EKF_DECLARED,
+    EKF_FOUND,
+    friction_by_both_models,
+)
 from brushgrip.estimation.friction_budget import declared_values_in_words
+from brushgrip.inputs.command_inputs import gather_inputs
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 from symbolic.vehicle.rack_pinion_ratio import pinion_of_rack
+from tests.brushgrip.factories import make_diagnosis
 from tests.brushgrip.helpers import Run, table_of
 from tests.columns import write_columns
 from tests.identification.reading.logs import write_frames, write_mdf_group
@@ -111,6 +118,29 @@ def test_from_logs_to_a_report_in_one_command(
     assert found["effects"][0]["parameters"]["stiffness"]["value"] == pytest.approx(80, rel=0.1)
     assert "estimate takes no model.json of a car" in " ".join(outcome.out.split())
     assert (tmp_path / "found" / "report.html").is_file()
+
+
+def test_the_model_found_of_a_car_is_its_vehicle_with_the_inclination_found(
+    car: Path, tmp_path: Path
+) -> None:
+    t, rack = steering(seconds=2.0)
+    path = write_columns(
+        tmp_path / "a.csv", {"t": t, "rack": rack, "F_rack": SimulatedCar().force(rack)}
+    )
+    leaning = tmp_path / "leaning.toml"
+    leaning.write_text(vehicle_text(inclination=0.3), encoding="utf-8")
+    declared, changed = (gather_inputs([str(path)], vehicle=one) for one in (car, leaning))
+    found = replace(make_diagnosis(("a",), ()), of_car=True, inclination=0.3)
+    outcome = friction_by_both_models(
+        declared.recordings(), [], found, by_inclination=declared.recordings(inclination=0.3)
+    )  # fmt: skip
+    without = friction_by_both_models(changed.recordings(), [], found)
+
+    assert outcome is not None
+    assert without is not None
+    assert (outcome.inclination, without.inclination) == (0.3, None)
+    mu = {label: outcome.tracks_of(label)["a"].mu[-1] for label in (EKF_DECLARED, EKF_FOUND)}
+    assert mu[EKF_FOUND] == without.tracks_of(EKF_DECLARED)["a"].mu[-1] != mu[EKF_DECLARED]
 
 
 def test_a_car_without_a_speed_is_said_to_be_taken_to_stand(run: Run, car: Path, tmp_path: Path) -> None:

@@ -154,7 +154,12 @@ def test_friction_takes_the_samples_that_the_search_takes(
     thinning = "identification.reading.trimming_and_thinning.thin_recordings"
     monkeypatch.setattr(thinning, lambda _: (thinned, None))
     monkeypatch.setattr("brushgrip.report.diagnosis_folder.thinning_note", lambda _: "")
-    search(lambda training, *_, **__: searched.extend(r.name for r in training))
+
+    def searching(training: Any, *_: object, **__: object) -> Diagnosis:
+        searched.extend(r.name for r in training)
+        return make_diagnosis()
+
+    search(searching)
     monkeypatch.setattr(assumed_and_found_friction, "friction_by_both_models", stop)
     diagnose()
 

@@ -38,6 +38,18 @@ def mail(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: str = "") -> s
     return "\n".join(f"{label}: {' '.join(items)}" for label, items in parts)
 
 
+def test_friction_of_a_car_is_by_the_inclination_found_with_the_declared_one_beside() -> None:
+    found = [make_track(name, 0.82 + off) for name, off in SPREAD]
+    declared = [replace(make_track(name, 0.9 + off), label=EKF_DECLARED) for name, off in SPREAD]
+    outcome = make_outcome("", tracks=(*found, *declared), grounds={"yard": ("a", "b", "c")})
+    car = replace(make_diagnosis(("a", "b", "c"), ()), of_car=True, inclination=0.339)
+    text = mail(car, replace(outcome, inclination=0.339))
+
+    assert "and ground: 0.82 ± " in text
+    assert "found, 0.339 rad; by the vehicle as declared it would be 0.90 ± " in text
+    assert "as declared" not in mail(car, outcome)
+
+
 def test_when_friction_is_known_is_no_gain_where_it_is_known_later() -> None:
     later = replace(TRACKS[0], usable=np.arange(11) == 10)
     outcome = make_outcome("c", tracks=(replace(TRACKS[0], label=EKF_DECLARED), later))
@@ -282,17 +294,18 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
             make_diagnosis(("a", "b"), ("c",)), stiffness_ratio=ratio, notes=(note, "other")
         )
         ((label, (told,)), (how, (sure,)), *_), ((why, cases), *_) = lines_to_send(diagnosis, outcome)
-        assert label == "Friction between tyre and ground, provisional"
-        high = "1.60 times too high" if ratio > 1 else "2.00 times too low"
+        assert label == "Friction between tyre and ground"
+        assert told.startswith("1.2"), "the number goes first"
+        high = "high" if ratio > 1 else "low"
         assert told.endswith(
-            "). Specify nothing before the rig is checked: if the torque reads"
-            f" {high}, as it may, it is {ways[0]}."
+            "). Provisional, specify nothing before the rig is checked: the tyre comes out"
+            f" {ratio:.2f} times as stiff as declared; if the torque reads so much too {high}, friction"
+            f" is {ways[0]}."
         )
         # From the lower end over the ratio to the upper end: 1.20 with a band of 0.51.
         ends = "0.43 to 1.71" if ratio > 1 else "0.69 to 3.42"
-        assert f" with its ± friction is anything from {ends} on ice; other errors come on top." in sure
-        times = f"{ratio:.2f} times as stiff"
-        assert sure.startswith(f"Not sure until the rig is checked: the tyre comes out {times} as decl")
+        doubt = f"Whichever holds, with its ± friction is anything from {ends} on ice; other errors come"
+        assert sure.startswith(doubt)
         assert (how, why) == ("How sure", "Provisional because")
         assert cases == [
             "The fitted stiffness k, how steeply the torque rises before anything slides, is 1·10⁶ N/m²,"
@@ -305,16 +318,16 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
     alone = replace(outcome, grounds={"": ("a", "b", "c")})
     unnamed = mail(diagnosis, alone)
     assert "reads too high, A. If the declared" in unnamed
-    assert "sure: Not sure until the rig is checked, so specify nothing before then: the tyre" in unnamed
+    assert "Provisional, specify nothing before the rig is checked: the tyre comes out 0.50" in unnamed
     other_ground = replace(tracks[0], name="d")
     two = replace(outcome, tracks=(*tracks, other_ground), grounds={**outcome.grounds, "snow": ("d",)})
     assert "anything from 0.69 to 3.42 on ice;" in mail(diagnosis, two), "snow has no band"
     for ratio in (0.625, 1.6):
         car = replace(diagnosis, of_car=True, stiffness_ratio=np.float64(ratio))
         told = mail(car, outcome)
-        assert "provisional" in told, "a force that reads too low looks like a soft column"
-        assert ("if the force reads 1.60 times too high, as it may, it is" in told) == (ratio > 1)
-        assert "checked" * (ratio > 1) + ": tyres and what yields beside them come out" in told
+        assert "Provisional" in told, "a force that reads too low looks like a soft column"
+        assert ("; if the force reads so much too high, friction is about" in told) == (ratio > 1)
+        assert "the car is checked: tyres and what yields beside them come out" in told
     other = note.replace("1·10⁶", "2·10⁶")
     both = mail(replace(diagnosis, notes=(note, other)), outcome)
     assert (both.count("if the torque reads too"), both.count(": then ")) == (2, 0), "of which ground?"

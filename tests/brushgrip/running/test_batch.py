@@ -194,6 +194,26 @@ def test_a_wheel_that_hardly_turned_is_told_so_and_no_unit_of_the_torque(
     assert remark.startswith("not known: the wheel hardly turned: by 0.001 rad in 0.59 s")
 
 
+def test_a_wheel_that_turned_too_little_is_told_from_a_stiffness_that_does_not_fit(
+    run: Run, on_ice: Callable[..., Columns], write_csv: Write, rig: Path
+) -> None:
+    rig.write_text(rig.read_text().replace("k = 2.4e6", 'k = { value = 2.4e6, tolerance = "8%" }'))
+    t = np.arange(600) * 0.01
+    ice = on_ice(t, 0.3 * np.sin(t))
+    soft = write_csv("soft.csv", ice | {"M_z": 0.8 * ice["M_z"]})
+    short = write_csv("short.csv", {name: values[:12] for name, values in ice.items()})
+    printed = run("estimate", "--rig", rig, soft, short, "--jobs", 1, "--summary", "table.csv").out
+    rows = rows_of(Path("table.csv"))
+
+    assert "1 of 2: not known: k does not fit" in printed
+    assert "1 of 2: not known: turned too little" in printed
+    told = (
+        "not known: k does not fit: the torque rises 0.82 times as steeply as k, a and F_N say; correct"
+    )
+    assert rows["soft"]["remark"].startswith(told)
+    assert rows["short"]["remark"].startswith("not known: turned too little: turn on, or turn back")
+
+
 def test_a_summary_of_one(estimate: Run, write_csv: Write) -> None:
     (row,) = json.loads(estimate(write_csv("a.csv"), "--summary", "table.csv", "--json").out)
 

@@ -3,11 +3,13 @@
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from identification import diagnose, read_recording
+from identification.diagnosis.graded_effects import found_kingpin
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 from symbolic.vehicle.steering import jacking_torque, lever, mean_angle
 from tests.columns import write_columns
@@ -61,4 +63,8 @@ def test_a_return_torque_is_told_by_its_sign_with_the_key_that_has_it(tmp_path: 
     assert effect.summary == f"a return torque {more_or_less} than the declared kingpin's"
     assert inclination == pytest.approx(other.inclination, abs=0.02)
     assert effect.grade in ("weak", "stands_in")
+    assert found.inclination is None
+    fitted = SimpleNamespace(labels=())
+    clear = found_kingpin(replace(effect, grade="strong"), fitted, [recording])  # type: ignore[arg-type]
+    assert clear[1] == pytest.approx(other.inclination, abs=0.02)
     assert note.endswith("have a second log confirm it before you declare it")

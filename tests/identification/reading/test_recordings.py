@@ -1,4 +1,6 @@
+import re
 from dataclasses import replace
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -42,6 +44,35 @@ def message_of(path: Path, rig: tuple[Rig, Tyre] | None = RIG) -> str:
 
 
 class TestCsv:
+    @pytest.mark.parametrize(
+        "start", ["9:59:59.95", "2026-03-29 23:59:59,95", "2026-01-01T05:30:00+0530"]
+    )
+    def test_clock_times_count_from_the_first(self, tmp_path: Path, start: str) -> None:
+        date, clock = start[: -len(start.split(" ")[-1].split("T")[-1])], re.split("[ T]", start)[-1]
+        begin = datetime.fromisoformat(f"{date or '2026-01-01 0'}{clock}")
+        times = [begin + timedelta(seconds=float(t)) for t in T]
+        texts = [str(one) if date else f"{one:%H:%M:%S.%f}" for one in times]
+        table = rows_of([0] * N, PSI, M_Z, F_N, header="uhr;psi;M_z;F_N")
+        rows = [
+            ";".join([text, *row.split(",")[1:]]) for text, row in zip(texts, table[1:], strict=True)
+        ]
+        path = write(tmp_path, [table[0], *rows])
+
+        np.testing.assert_allclose(read_recording(path, RIG, signals="t=uhr").t, T, atol=1e-9)
+        assert "--map t=uhr" in message_of(path), "the proposed map is whole"
+        assert "uhr: has a unit of its own" in refused(read_recording, path, RIG, signals="t=uhr:ms")
+        rows[3] = f"0.03;{rows[3].partition(';')[2]}"
+        mixed = write(tmp_path, [table[0], *rows])
+        assert "in every row a clock time" in refused(read_recording, mixed, RIG, signals="t=uhr")
+
+    def test_a_clock_that_passes_midnight_is_refused_with_a_remedy(self, tmp_path: Path) -> None:
+        rows = rows_of([0] * N, PSI, M_Z, F_N)
+        rows[1:] = [
+            f"{'23:59:59' if i < 9 else '00:00:00'}.{i:02},{r[2:]}" for i, r in enumerate(rows[1:])
+        ]
+
+        assert "as a clock does at midnight (write dates" in message_of(write(tmp_path, rows))
+
     def test_reads(self, tmp_path: Path) -> None:
         recording = read_recording(write(tmp_path, rows_of()), RIG)
 
