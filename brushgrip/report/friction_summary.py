@@ -136,6 +136,12 @@ def at_common_load(outcome: FrictionOutcome) -> str:
     return "" if outcome.load is None else f" at a load of {outcome.load:.0f} N"
 
 
+def converted_to_common_load(outcome: FrictionOutcome) -> str:
+    """That all friction is told at one load, a clause after a value; else empty."""
+    told = at_common_load(outcome).removeprefix(" at")
+    return f"all converted to{told}, as friction changes with it" * bool(told)
+
+
 def note_on_changing_friction(diagnosis: Diagnosis) -> str:
     """That friction changes in a recording by the model found, so that its figures tell that too."""
     if all(effect.family != OVER_TIME for effect in diagnosis.model.effects):

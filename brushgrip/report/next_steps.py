@@ -1,5 +1,6 @@
 """What to do next after a diagnosis, for somebody who knows no tyre model."""
 
+from collections.abc import Sequence
 from math import sqrt
 from statistics import fmean
 
@@ -59,6 +60,8 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
         steps.append("mend the input that looks wrong, or leave its recording out, and run this again")
     if stiffness_cases(diagnosis):
         steps.append(CHECKS[diagnosis.of_car])
+    if outcome.inclination is not None:
+        steps.append("check the inclination of the steering axes, and declare it in the vehicle file")
     never = [name for name, track in tracks.items() if track.last_usable is None]
     # A model that misses more than it has found is why friction is not known.
     if never and not unexplained_is_larger(diagnosis):
@@ -92,7 +95,7 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     ][:1]
     more = _more_recordings(outcome)
     if not steps and (variance_shares_by_cause(outcome) or not [*more, *to_declare]):
-        steps = [_to_narrow(diagnosis, outcome)]
+        steps, to_declare = [*to_declare, *_to_narrow(diagnosis, outcome, told_apart=to_declare)], []
     if stiffness_cases(diagnosis):  # Both at the rig.
         steps, to_declare = [steps[0], *to_declare, *steps[1:]], []
     return [*steps[: MAX_STEPS - len(more)], *more, *to_declare][:MAX_STEPS]
@@ -108,7 +111,7 @@ def _for_the_model(diagnosis: Diagnosis) -> list[str]:
         still = "if something unknown remains after (1)"
         return [
             f"{still if stiffness_cases(diagnosis) else 'as something unknown remains'}, record at"
-            " other speeds, angles and loads to find it, which may move friction"
+            " other steering speeds, steering angles and loads to find it; friction may be another then"
             + f"; begin{unchecked} with what {proposed}"
             * bool(apart)
         ]
@@ -145,8 +148,8 @@ def _values_without_tolerance(diagnosis: Diagnosis, note: str) -> list[str]:
     return [name for name in names if name != STIFFNESS or not stiffness_cases(diagnosis)]
 
 
-def _to_narrow(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
-    """What narrows the ± of friction, and what no recording would settle."""
+def _to_narrow(diagnosis: Diagnosis, outcome: FrictionOutcome, told_apart: Sequence[str]) -> list[str]:
+    """What narrows the ± of friction, if nothing says that yet, and what no recording would settle."""
     cause = next(iter(variance_shares_by_cause(outcome)), "")
     narrower = (
         f"to narrow the ±, {how_to_narrow(cause)}{_at_best(outcome, cause)}" if cause else "nothing"
@@ -154,7 +157,8 @@ def _to_narrow(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     rest = [not_separable(e) for e in diagnosis.effects if e.experiment]
     if all(e.grade != "ambiguous" for e in diagnosis.effects):
         rest.append("no further recording is needed to find the model")
-    return "; ".join([narrower, *rest])
+    said = cause in PART_OF_BAND.values() and told_apart
+    return ["; ".join(rest if said else [narrower, *rest])] if rest or not said else []
 
 
 def not_separable(effect: FoundEffect) -> str:

@@ -1,6 +1,7 @@
 """The results for somebody who knows no tyre model: friction by ground, and lines for a mail."""
 
 from collections.abc import Sequence
+from math import degrees
 
 from brushgrip.estimation.assumed_and_found_friction import (
     EKF_DECLARED,
@@ -10,14 +11,23 @@ from brushgrip.estimation.assumed_and_found_friction import (
 )
 from brushgrip.estimation.suspicious_recordings import weaker_direction_share_and_note
 from brushgrip.report.friction_summary import (
+    IN_PLAIN_WORDS,
     at_common_load,
+    converted_to_common_load,
     grounds_alike,
     last_usable_friction,
     load_trend_in_words,
     note_on_highest_loads,
+    variance_shares_by_cause,
 )
 from brushgrip.report.next_steps import CHECKS, next_steps
+from brushgrip.report.provisional_friction import (
+    doubt_of_stiffness,
+    friction_if_stiffness_is_wrong,
+    why_provisional,
+)
 from brushgrip.report.validity_and_missing_effects import (
+    ALLOWED_FOR,
     LEFT_OUT,
     band_caveats,
     benefit_for_friction,
@@ -28,16 +38,17 @@ from brushgrip.report.validity_and_missing_effects import (
     validity,
 )
 from brushgrip.wording.diagnosis_in_words import headline, is_unconfirmed
-from brushgrip.wording.formatting import band_decimals, effect_words, listed, percent, sentence
+from brushgrip.wording.formatting import effect_words, listed, percent, sentence
 from brushgrip.wording.friction_in_words import further_recording, prediction_band
 from identification import Diagnosis
-from identification.diagnosis.found_stiffness import OFF_STIFFNESS
 from observers import GroundFriction
 
 UNLIKE = "asymmetric_friction"
 """The effect by which friction differs by direction."""
 Parts = list[tuple[str, list[str]]]
 """Labels, each with its items."""
+AGREE = 0.25
+"""Share of a band's variance up to which recordings do not differ [1]."""
 MAX_LISTED = 3
 """Recordings of a ground that are named one by one."""
 
@@ -76,10 +87,12 @@ def lines_to_send(
     wide = [_differences(told, ground, one) for ground, one in told.further().items()]
     also = [*wide, _weaker(diagnosis, told), *reserved]
     missing = missing_effects(diagnosis, told if known and not diagnosis.of_car else None)
+    label = LEFT_OUT + ALLOWED_FOR * (known and (not diagnosis.of_car or told.inclination is not None))
+    error, judged = error_to_quote(diagnosis)
     provisional = known and diagnosis.stiffness_ratio != 1
-    finding = {LEFT_OUT: missing} if missing else {"Result": [headline(diagnosis)]}
-    if_wrong = _if_stiffness_is_wrong(diagnosis, told) if provisional else []
-    otherwise, doubt = _doubt_of_stiffness(diagnosis, told, if_wrong)
+    finding = {label: missing} if missing else {"Result": [headline(diagnosis)]}
+    if_wrong = friction_if_stiffness_is_wrong(diagnosis, told) if provisional else []
+    otherwise, doubt = doubt_of_stiffness(diagnosis, told, if_wrong)
     why = why_provisional(diagnosis, otherwise) if provisional else ""
     friction = {"Friction between tyre and ground": [_friction(told, why)]}
     cases = stiffness_cases(diagnosis)
@@ -94,10 +107,11 @@ def lines_to_send(
     mail = {
         "Note": [warning],
         **(friction if outcome else finding),
+        "By which vehicle": [sentence(_of_vehicle(told, list(told.grounds)))] if known else [],
         "How sure": [" ".join(filter(None, [*sure, trend]))] if known else [*cases[:1], *reserved[:-1]],
         "To do first": [sentence(first)] if first else [],
         **finding,
-        "Error": [error_to_quote(diagnosis)],
+        "Error": [error],
         "Valid for": [valid],
     }
     details = {
@@ -105,6 +119,7 @@ def lines_to_send(
         "More on how sure": [caution, *also] if known else [],
         "To do then": [f"After {one}, {after[:1].lower()}{after[1:]}" * bool(after), *steps[1:]],
         "Recordings with a value": [benefit],
+        "How the error is told": [judged],
         "Repeatability": [_repeatability(diagnosis)],
         "Not known": [sentence("; ".join(_open_questions(diagnosis, told)))],
     }
@@ -115,38 +130,11 @@ def _repeatability(diagnosis: Diagnosis) -> str:
     """How well recordings that replicate each other repeat, and what that may make of the error."""
     if (known := diagnosis.repeatability) is None:
         return ""
-    which = ", ".join(" with ".join(names) for names in known.replicates)
+    which = "; ".join(listed([f"“{name}”" for name in names]) for names in known.replicates)
     return (
-        f"Recordings of one ground and load ({which}) scatter by {percent(known.spread)} in their torque"
-        f" of full slide. With nothing adjusted, up to {percent(known.nrmse)} of the torque's range may"
-        " come from that; another rate of turning may be part of it."
-    )
-
-
-def why_provisional(diagnosis: Diagnosis, otherwise: str = "") -> str:
-    """That friction is provisional by a stiffness that was not declared, in a sentence; else empty."""
-    ratio, whole, comes = diagnosis.stiffness_ratio, "rig", "the tyre comes"
-    if diagnosis.of_car:
-        whole, comes = "car", "tyres and what yields beside them come"
-    several = sum(note.startswith(OFF_STIFFNESS) for note in diagnosis.notes) > 1
-    return (
-        f"Provisional, specify nothing before the {whole} is checked: {comes} out {ratio:.2f} times as"
-        f" stiff as declared{' at the farthest' * several}{otherwise}."
-    ) * bool(ratio != 1)
-
-
-def _doubt_of_stiffness(
-    diagnosis: Diagnosis, outcome: FrictionOutcome, if_wrong: list[str]
-) -> tuple[str, str]:
-    """What friction may be else, and between which ends, by a stiffness that was not declared."""
-    ratio, read = diagnosis.stiffness_ratio, "force" if diagnosis.of_car else "torque"
-    # What yields beside a car's tyres is the likelier cause of a stiffness that is too low.
-    if not if_wrong or (diagnosis.of_car and ratio < 1):
-        return "", ""
-    return (
-        f"; if the {read} reads so much too {'high' if ratio > 1 else 'low'}, friction is {if_wrong[0]}",
-        f"Whichever holds, with its ± friction is anything from {_possible(outcome, ratio)};"
-        " other errors come on top.",
+        f"Recordings of one ground and load ({which}) differ by {percent(known.spread)} in the torque at"
+        f" which the tyre slides. Up to {percent(known.nrmse)} of the torque's range may come from that"
+        " in an error with nothing adjusted to a recording. Part of it may be how fast they turn."
     )
 
 
@@ -168,11 +156,8 @@ def _friction(outcome: FrictionOutcome, why_provisional: str = "") -> str:
     if outcome.slide_rate:
         each += f", turning at {outcome.slide_rate:.2g} rad/s"
     line = f"{grounds} ({of} {count} recording{'s' * (count != '1')}{each})"
-    line += f", all told{at_common_load(outcome)}, as friction changes with it" * (
-        outcome.load is not None
-    )
-    parts = [line, _of_vehicle(outcome, list(outcome.grounds)), why_provisional]
-    return f"{' '.join(sentence(part) for part in parts if part)}{grounds_alike(outcome)}"
+    line = ", ".join(filter(None, [line, converted_to_common_load(outcome)]))
+    return f"{' '.join(map(sentence, filter(None, [line, why_provisional])))}{grounds_alike(outcome)}"
 
 
 def _of_vehicle(outcome: FrictionOutcome, grounds: Sequence[str]) -> str:
@@ -181,42 +166,18 @@ def _of_vehicle(outcome: FrictionOutcome, grounds: Sequence[str]) -> str:
         return ""
     declared = "; ".join(_on_ground(outcome, ground, EKF_DECLARED) for ground in grounds)
     return (
-        f"this is by the vehicle with the inclination that was found, {outcome.inclination:.3f} rad; by"
-        f" the vehicle as declared it would be {declared}"
+        "use this one: by these recordings the steering axes are inclined by"
+        f" {degrees(outcome.inclination):.1f}° (inclination = {outcome.inclination:.3f} in the vehicle"
+        f" file), not as declared; by the vehicle as declared friction would be {declared}"
     )
-
-
-def _if_stiffness_is_wrong(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
-    """Friction of each ground if the torque, then if the half-length makes the stiffness what it is."""
-    bands, ratio = outcome.bands(), diagnosis.stiffness_ratio
-    single = sum(note.startswith(OFF_STIFFNESS) for note in diagnosis.notes) == 1
-    if not bands or not single:
-        return []
-    bound = f"not {'less' if ratio > 1 else 'more'} than"
-    return [
-        f"{about} {listed([f'{one.mu_eff / factor:.2f} on {ground}' for ground, one in bands.items()])}"
-        for factor, about in ((ratio, "about"), (ratio ** (1 / 3), bound))
-    ]
-
-
-def _possible(outcome: FrictionOutcome, ratio: float) -> str:
-    """Friction of each ground with a band, from end to end of it and of the same over a ratio."""
-    told = []
-    for ground, one in outcome.bands().items():
-        # The figures as they are told, so that whoever does the sum finds the same.
-        digits = band_decimals(one.further or 0.0)
-        value, half = round(one.mu_eff, digits), round(one.further or 0.0, digits)
-        ends = [max(0.0, (value + side * half) / of) for side in (-1, 1) for of in (1.0, ratio)]
-        told.append(f"{min(ends):.{digits}f} to {max(ends):.{digits}f} on {ground}")
-    return listed(told)
 
 
 def _holds(outcome: FrictionOutcome, read: str) -> list[str]:
     """How often the ± of grounds and of recordings that are named holds; what is read gives both."""
     bands = outcome.bands()
     lines = [
-        "The ± of a ground is where one more recording like these would come out, in 95 of 100 cases;"
-        " it is no bound of the true friction, which was not measured in another way."
+        "In 95 of 100 cases one more recording like these would give friction within the ±."
+        f"{_why_wide(outcome)} Nobody has checked friction in another way."
     ]
     lines *= bool(bands)
     if len(bands) < len(outcome.grounds):
@@ -225,10 +186,20 @@ def _holds(outcome: FrictionOutcome, read: str) -> list[str]:
             " 100 cases, if model and tolerances are right."
         )
     lines.append(
-        f"A {read} that reads wrong, or a load beyond its tolerance, makes friction wrong by the same"
-        " factor; the ± need not cover that."
+        f"A {read} that reads 5 % too high makes friction 5 % too high, a load that is too low about as"
+        " much; beyond what is declared, that comes on top of the ±."
     )
     return lines
+
+
+def _why_wide(outcome: FrictionOutcome) -> str:
+    """What makes the ± wide where recordings agree, in a sentence; empty where they do not."""
+    shares = variance_shares_by_cause(outcome)
+    if not shares or any((one.scatter_share or 0.0) > AGREE for one in outcome.bands().values()):
+        return ""
+    cause = next(iter(shares))
+    words = IN_PLAIN_WORDS.get(cause, f"how well the {cause} is known")
+    return f" The recordings agree; what makes the ± wide is, above all, {words}."
 
 
 def _weaker(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:

@@ -5,7 +5,8 @@ from collections.abc import Mapping
 from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome, found_model
 from brushgrip.outputs.console import print_table, print_text, say, warn
 from brushgrip.report.friction_summary import widest_causes
-from brushgrip.report.plain_summary import friction_and_notes, lines_to_send, why_provisional
+from brushgrip.report.plain_summary import friction_and_notes, lines_to_send
+from brushgrip.report.provisional_friction import why_provisional
 from brushgrip.report.tables import (
     errors_by_stage,
     friction_by_recording,

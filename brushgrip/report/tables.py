@@ -11,6 +11,7 @@ from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.report.friction_summary import (
     at_common_load,
+    converted_to_common_load,
     last_usable_friction,
     median_loads,
     note_on_changing_friction,
@@ -65,8 +66,7 @@ def friction_by_recording(friction: FrictionOutcome, diagnosis: Diagnosis) -> Re
         " and tolerances are right), and when it is usable"
         + "; for a further recording the ± of the ground counts" * bool(friction.bands())
         + "; a dash where none is, or too much contradicts it later" * any(r[-2] == "–" for r in rows)
-        + f"; all told{at_common_load(friction)}, as friction changes with it"
-        * (friction.load is not None)
+        + f"; {converted_to_common_load(friction)}" * (friction.load is not None)
         + "; --ground NAME says it for a further recording too" * (not named),
         headings=(
             *("recording", *["ground"][:named], "median load [N]"),

@@ -24,8 +24,10 @@ from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_share_b
 
 MEANING = ", how steeply the torque rises before anything slides, is"
 """What the stiffness k is, behind its name."""
-LEFT_OUT = "What the assumed model of tyre and rig leaves out"
+LEFT_OUT = "What the assumed model leaves out"
 """Label of `missing_effects`."""
+ALLOWED_FOR = "; friction above allows for it"
+"""What follows that label where friction is told by the model found."""
 CERTAIN = "likely, not proven"
 """Of a gain that is as good as certainly no chance."""
 OVER_SPEED = "friction over speed"
@@ -79,7 +81,7 @@ def validity(diagnosis: Diagnosis, slide_rate: float | None, slide_speed: float 
             f" {1e3 * slide_speed:.2g} mm/s)"
         ) + ", and differs at other speeds" * changes
     return (
-        f"A wheel that stands still and is turned as in these recordings{at}{sliding}; not for driving"
+        f"A wheel that stands and is steered as in these recordings{at}{sliding}; not for driving"
         " speed, rain or other ground."
     )
 
@@ -132,7 +134,7 @@ def missing_effects(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
             use = "" if outcome is None else _use_of_stand_ins(diagnosis, effects, outcome)
             told.append(f"a further cause, unknown. {copies}{use}")
     if diagnosis.unexplained.present:
-        unknown = "an error beyond noise remains that no effect explains"
+        unknown = "an error beyond noise remains, of unknown cause, which the model found leaves out too"
         if unexplained_is_larger(diagnosis):
             told.insert(0, unknown)
         elif diagnosis.effects[-1].grade == "stands_in":
@@ -172,7 +174,7 @@ def _sureness(effect: FoundEffect, cause: str) -> str:
     if effect.grade != "ambiguous":
         return CERTAIN
     if not effect.indistinguishable_from:
-        return "how much of it is open"
+        return "how much is not settled"
     return "one of these, not known which" if " or " in cause else CERTAIN
 
 
@@ -255,7 +257,7 @@ def _known(tracks: Sequence[FrictionTrack]) -> str:
     first = sorted(float(track.t[np.argmax(track.usable)]) for track in known)
     since = " to ".join(dict.fromkeys(f"{at:.1f}" for at in (first[0], first[-1])))
     part = sum(track.last_usable != track.t.size - 1 for track in known)
-    ends = f", in {part} not to the end" * bool(part)
+    ends = f", in {part} lost again before the end" * bool(part)
     return f"{len(known)} of {len(tracks)} recordings (first after {since} s{ends})"
 
 
@@ -268,8 +270,8 @@ def adjusted_values_in_words(diagnosis: Diagnosis) -> str:
     )
 
 
-def error_to_quote(diagnosis: Diagnosis) -> str:
-    """The torque error stage by stage in a sentence: with nothing adjusted, if that is known."""
+def error_to_quote(diagnosis: Diagnosis) -> tuple[str, str]:
+    """The torque error stage by stage: with nothing adjusted, if that is known; and how it is told."""
     bare = diagnosis.after.unrefitted
     (kind, judging), count = judging_error_name(diagnosis), len(bare or diagnosis.holdout)
     judged = {
@@ -288,7 +290,7 @@ def error_to_quote(diagnosis: Diagnosis) -> str:
     told += "".join(f", by {one} by the model found" for one in found)
     values = f"{adjusted_values_in_words(diagnosis)}, fitted to each"
     if not bare:
-        return f"{told}, in {judged}, with {values}."
+        return f"{told}.", sentence(f"in {judged}, with {values}")
     left = percent(stages[-1].summary()[judging])
     rest = "is left; the difference is particular to each recording."
-    return f"{told}, in {judged}. With {values}, {left} {rest}"
+    return f"{told}.", f"In {judged}. With {values}, {left} {rest}"

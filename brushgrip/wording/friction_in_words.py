@@ -48,7 +48,7 @@ TYRES_OF_CAR = (
 NARROWED_BY = {
     SLOPE: OTHER_STIFFNESS,
     REST: "turn to and fro more often, or find what the model lacks (brushgrip diagnose)",
-    OF_LENGTHS: "measure a and e, and declare them with their tolerances",
+    OF_LENGTHS: "measure half-length a and caster e, and declare them with their tolerances",
     OF_LOAD: "weigh the load, and declare its tolerance ([rig] load = { tolerance = ... })",
     OF_SCALE: OTHER_STIFFNESS,
     OF_ZERO: "read the torque with the wheel lifted, and declare how far off its zero may"

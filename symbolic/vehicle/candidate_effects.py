@@ -28,7 +28,8 @@ CAR_EFFECTS: dict[str, Effect] = {
             start=1e4, lower=100.0, scale=1e4,
         ),
         _car_effect(
-            "steering_return", "jacking", "a return torque other than the declared kingpin's",
+            "steering_return", "jacking",
+            "a torque that turns the wheels back to the middle, other than the declared kingpin's",
             start=5.0, lower=-500.0, upper=500.0, scale=20.0,
         ),
         _car_effect(

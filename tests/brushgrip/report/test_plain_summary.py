@@ -46,8 +46,15 @@ def test_friction_of_a_car_is_by_the_inclination_found_with_the_declared_one_bes
     text = mail(car, replace(outcome, inclination=0.339))
 
     assert "and ground: 0.82 ± " in text
-    assert "found, 0.339 rad; by the vehicle as declared it would be 0.90 ± " in text
+    assert (
+        "Use this one: by these recordings the steering axes are inclined by 19.4° (inclination = 0.339"
+        in text
+    )
+    assert "not as declared; by the vehicle as declared friction would be 0.90 ± " in text
+    assert "; friction above allows for it: " in text
+    assert "(1) Check the inclination of the steering axes" in text
     assert "as declared" not in mail(car, outcome)
+    assert "allows for it" not in mail(car, outcome)
 
 
 def test_when_friction_is_known_is_no_gain_where_it_is_known_later() -> None:
@@ -75,17 +82,17 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
         "\nHow sure: The truth lies within ± in 95 of 100 cases, if model and tolerances are right.\n"
         in text
     )
-    assert "sure: A torque that reads wrong, or a load beyond its tolerance, makes friction" in text
+    assert "sure: A torque that reads 5 % too high makes friction 5 % too high, a load" in text
     assert "9.00" not in text
     assert "not for driving speed" in text
     assert text.endswith(
         "\nNot known: Friction in c and d; friction in b after 7.0 s (told is the value until then)."
     )
-    rest = "(c) An error beyond noise remains that no effect explains."
+    rest = "(c) An error beyond noise remains, of unknown cause, which the model found leaves out too."
     assert f"{rest}\nError: The calculated torque" in text
     again, other, *rest = next_steps(make_diagnosis(("a", "b", "d"), ("c",)), judged)
     assert again == "record c and d again, turning to and fro until the wheel slides both ways"
-    assert other.startswith("as something unknown remains, record at other speeds")
+    assert other.startswith("as something unknown remains, record at other steering speeds")
     assert rest == []
     assert f"\nTo do first: (1) R{again[1:]}.\nWhat the " in text
     assert f"\nTo do then: (2) A{other[1:]}.\n" in text
@@ -109,8 +116,8 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
         [],
     )
     within = (
-        "The ± of a ground is where one more recording like these would come out, in 95 of 100 cases; it"
-        " is no bound of the true friction, which was not measured in another way."
+        "In 95 of 100 cases one more recording like these would give friction within the ±. Nobody has"
+        " checked friction in another way."
     )
     text = mail(make_diagnosis(("a", "b", "d"), ("c",)), judged)
     assert f": 1.20 ± {half:.2f} on ice; not known (from 4" in text
@@ -119,8 +126,9 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
         " cases, if model and tolerances are right.\n"
     ) in text
     assert (
-        "\nMore on how sure: A torque that reads wrong, or a load beyond its tolerance, makes friction"
-        " wrong by the same factor; the ± need not cover that. The ± on ice is wide because 3 recordings"
+        "\nMore on how sure: A torque that reads 5 % too high makes friction 5 % too high, a load that"
+        " is too low about as much; beyond what is declared, that comes on top of the ±. The ± on ice is"
+        " wide because 3 recordings"
         " differ, from 1.10 to 1.30" in text
     )
     # Six of the same scatter: t of five degrees of freedom is 2.5706.
@@ -150,14 +158,14 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     text = mail(graded, make_outcome("c", tracks=TRACKS))
 
     assert (
-        "leaves out: (a) The tyre's body yields, or its pressure is spread otherwise (one of these, not"
-        " known which). (b) The torque channel has a zero error (may be chance). (c)" in text
+        "allows for it: (a) The tyre's body yields, or its pressure is spread otherwise (one of these,"
+        " not known which). (b) The torque channel has a zero error (may be chance). (c)" in text
     )
     assert "which of carcass torsion" not in text
     drift = replace(torsion, grade="ambiguous", indistinguishable_from=("friction_drift",))
     other = mail(replace(graded, effects=(drift,)), make_outcome("c", tracks=TRACKS))
     assert (
-        "leaves out: (a) The tyre's body yields, or its pressure is spread otherwise or friction"
+        "allows for it: (a) The tyre's body yields, or its pressure is spread otherwise or friction"
         " changes with time or with the angle turned (one of these, not known which). (b) An er" in other
     )
     assert "which of carcass torsion or friction drift it is" in other
@@ -349,7 +357,7 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
     sound = replace(diagnosis, stiffness_ratio=1.0)
     assert "rovisional" not in mail(replace(sound, notes=()), outcome)
     # Where no friction was estimated, what was found comes first.
-    assert lines_to_send(sound, None)[0][0][0] == "What the assumed model of tyre and rig leaves out"
+    assert lines_to_send(sound, None)[0][0][0] == "What the assumed model leaves out"
     nothing = lines_to_send(make_diagnosis(found=False, unexplained=False), None)
     assert nothing[0][0][1][0].startswith("The assumed model lacks nothing that")
 
@@ -407,8 +415,8 @@ def test_how_well_recordings_repeat_is_told() -> None:
     known = Repeatability(replicates=(("a", "b"), ("c", "d")), spread=0.048, nrmse=0.013)
     told = mail(replace(make_diagnosis(), repeatability=known), make_outcome())
 
-    assert "(a with b, c with d) scatter by 4.80 % in their torque of full slide" in told
-    assert "up to 1.30 % of the torque's range may come from that" in told
+    assert "(“a” and “b”; “c” and “d”) differ by 4.80 % in the torque at which the tyre slides" in told
+    assert "Up to 1.30 % of the torque's range may come from that" in told
 
 
 def test_grounds_that_may_be_one_are_named() -> None:
@@ -429,8 +437,8 @@ def test_the_load_that_friction_is_told_at_stands_beside_it() -> None:
     table = friction_by_recording(told, diagnosis)
 
     assert table.headings[3] == "μ_eff at a load of 589 N"
-    assert "all told at a load of 589 N, as friction changes with it" in table.caption
-    assert "all told at a load of 589 N, as friction changes with it." in mail(diagnosis, told)
+    assert "all converted to a load of 589 N, as friction changes with it" in table.caption
+    assert "all converted to a load of 589 N, as friction changes with it." in mail(diagnosis, told)
     assert friction_and_notes(told)[1][0].startswith("note on ice at a load of 589 N: ")
     assert told.to_dict()["after"]["load"] == 589.4
     assert "at a load of 589" not in mail(diagnosis, silent)

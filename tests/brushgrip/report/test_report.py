@@ -126,9 +126,9 @@ def test_page_says_everything_in_order(full: Path) -> None:
     page = Page(full.read_text("utf-8"))
 
     assert page.headings == [
-        "What the assumed model of tyre and rig leaves out: (a) The tyre's body yields, or its pressure"
-        " is spread otherwise (likely, not proven). (b) The torque channel has a zero error (likely, not"
-        " proven). (c) An error beyond noise remains that no effect explains.",
+        "What the assumed model leaves out: (a) The tyre's body yields, or its pressure is spread"
+        " otherwise (likely, not proven). (b) The torque channel has a zero error (likely, not proven)."
+        " (c) An error beyond noise remains, of unknown cause, which the model found leaves out too.",
         "Before you act on it",
         "Contents",
         "What was found",
@@ -158,10 +158,10 @@ def test_the_first_screen_says_what_friction_is() -> None:
     first, rest = page.text.split("What was found\n\n", 1)
 
     assert "1.20 ± 0.10" in first
-    assert "Valid for: A wheel that stands still" in first
+    assert "Valid for: A wheel that stands and is steered" in first
     assert "not for driving speed" in first
-    assert "in 1 recording to which no shared value was fitted, but by" in first
-    assert "by 4.30 % with only its stiffness k fitted, by 2.37 % by the model found, in" in first
+    assert "In 1 recording to which no shared value was fitted, but by" in first
+    assert "by 4.30 % with only its stiffness k fitted, by 2.37 % by the model found." in first
     assert (
         "friction and torque offset, and lengths and load within their tolerances, fitted to each"
         in first

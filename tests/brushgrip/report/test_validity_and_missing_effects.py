@@ -24,9 +24,9 @@ def test_what_the_model_found_changes_is_told_with_both_figures() -> None:
     old = tuple(replace(track, label=EKF_DECLARED) for track in TRACKS[:2])
     outcome = make_outcome("c", tracks=(*old, *TRACKS[:2]))
     assert benefit_for_friction(make_diagnosis(), outcome) == (
-        "A value of friction comes out in 2 of 2 recordings (first after 5.0 s, in 1 not to the end) by"
-        " the model found; in 2 of 2 recordings (first after 5.0 s, in 1 not to the end) by the assumed"
-        " model."
+        "A value of friction comes out in 2 of 2 recordings (first after 5.0 s, in 1 lost again before"
+        " the end) by the model found; in 2 of 2 recordings (first after 5.0 s, in 1 lost again before"
+        " the end) by the assumed model."
     )
     never = tuple(replace(track, usable=np.zeros(11, dtype=bool)) for track in old)
     once = replace(outcome, tracks=(old[0], never[1], *TRACKS[:2]))
@@ -68,7 +68,7 @@ def test_which_way_friction_goes_with_speed_is_that_of_the_fitted_curve(
     assert friction_over_speed(diagnosis) == told
     assert missing_effects(replace(diagnosis, effects=(creep,))) == [
         f"(a) F{told[1:]} (likely, not proven).",
-        "(b) An error beyond noise remains that no effect explains.",
+        "(b) An error beyond noise remains, of unknown cause, which the model found leaves out too.",
     ]
     tied = "(2.3 c μ) for each" in summary_of(replace(diagnosis, effects=(creep,)), creep)
     assert tied == ("for each" in told)
@@ -76,18 +76,18 @@ def test_which_way_friction_goes_with_speed_is_that_of_the_fitted_curve(
     # What may be another effect of the model is not clear.
     open_one = replace(found, grade="ambiguous")
     first, _ = missing_effects(replace(diagnosis, effects=(open_one,)))
-    assert first.endswith(" (how much of it is open).")
+    assert first.endswith(" (how much is not settled).")
 
 
 def test_the_assumed_model_has_its_own_error_where_nothing_was_found() -> None:
     diagnosis = make_diagnosis(("a", "b"), ("c",), found=False)
-    first = error_to_quote(diagnosis)
+    first, _ = error_to_quote(diagnosis)
     declared = percent(diagnosis.declared.summary()["holdout_torque_nrmse"])
     assert f" off by {declared} of its range by the assumed model as given, by 4" in first
     assert "by the model found" not in first
     left_out = make_diagnosis(("a", "b"), ())
     left_out = replace(left_out, declared=replace(left_out.declared, left_out={}))
-    assert error_to_quote(left_out).startswith(
+    assert error_to_quote(left_out)[0].startswith(
         "The calculated torque is off by 4.05 % of its range by the assumed model with only its"
     )
 
@@ -147,6 +147,6 @@ def test_what_is_left_where_everything_of_a_recording_is_fitted_is_told() -> Non
     bare = replace(diagnosis.after, unrefitted=diagnosis.after.nrmse)
     left = percent(diagnosis.after.summary()["holdout_torque_nrmse"])
 
-    told = error_to_quote(replace(diagnosis, after=bare))
+    _, told = error_to_quote(replace(diagnosis, after=bare))
     assert f", fitted to each, {left} is left; the difference is particular to each recording" in told
-    assert "is left" not in error_to_quote(diagnosis)
+    assert "is left" not in error_to_quote(diagnosis)[1]

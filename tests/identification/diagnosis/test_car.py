@@ -60,7 +60,9 @@ def test_a_return_torque_is_told_by_its_sign_with_the_key_that_has_it(tmp_path: 
     inclination = float(re.search(r"beyond its tolerance; inclination = ([\d.]+) in", note)[1])
 
     more_or_less = "more" if sign > 0 else "less"
-    assert effect.summary == f"a return torque {more_or_less} than the declared kingpin's"
+    assert effect.summary == (
+        f"a torque that turns the wheels back to the middle, {more_or_less} than the declared kingpin's"
+    )
     assert inclination == pytest.approx(other.inclination, abs=0.02)
     assert effect.grade in ("weak", "stands_in")
     assert found.inclination is None

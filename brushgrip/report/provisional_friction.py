@@ -1,0 +1,58 @@
+"""Friction that a stiffness which is not the declared one makes provisional, in words."""
+
+from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
+from brushgrip.wording.formatting import band_decimals, listed
+from identification import Diagnosis
+from identification.diagnosis.found_stiffness import OFF_STIFFNESS
+
+
+def why_provisional(diagnosis: Diagnosis, otherwise: str = "") -> str:
+    """That friction is provisional by a stiffness that was not declared, in a sentence; else empty."""
+    ratio, whole, comes = diagnosis.stiffness_ratio, "rig", "the tyre comes"
+    if diagnosis.of_car:
+        whole, comes = "car", "tyres and what yields beside them come"
+    several = sum(note.startswith(OFF_STIFFNESS) for note in diagnosis.notes) > 1
+    return (
+        f"Provisional, specify nothing before the {whole} is checked: {comes} out {ratio:.2f} times as"
+        f" stiff as declared{' at the farthest' * several}{otherwise}."
+    ) * bool(ratio != 1)
+
+
+def doubt_of_stiffness(
+    diagnosis: Diagnosis, outcome: FrictionOutcome, if_wrong: list[str]
+) -> tuple[str, str]:
+    """What friction may be else, and between which ends, by a stiffness that was not declared."""
+    ratio, read = diagnosis.stiffness_ratio, "force" if diagnosis.of_car else "torque"
+    # What yields beside a car's tyres is the likelier cause of a stiffness that is too low.
+    if not if_wrong or (diagnosis.of_car and ratio < 1):
+        return "", ""
+    return (
+        f"; if the {read} reads so much too {'high' if ratio > 1 else 'low'}, friction is {if_wrong[0]}",
+        f"Whichever holds, with its ± friction is anything from {_possible(outcome, ratio)};"
+        " other errors come on top.",
+    )
+
+
+def friction_if_stiffness_is_wrong(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
+    """Friction of each ground if the torque, then if the half-length makes the stiffness what it is."""
+    bands, ratio = outcome.bands(), diagnosis.stiffness_ratio
+    single = sum(note.startswith(OFF_STIFFNESS) for note in diagnosis.notes) == 1
+    if not bands or not single:
+        return []
+    bound = f"not {'less' if ratio > 1 else 'more'} than"
+    return [
+        f"{about} {listed([f'{one.mu_eff / factor:.2f} on {ground}' for ground, one in bands.items()])}"
+        for factor, about in ((ratio, "about"), (ratio ** (1 / 3), bound))
+    ]
+
+
+def _possible(outcome: FrictionOutcome, ratio: float) -> str:
+    """Friction of each ground with a band, from end to end of it and of the same over a ratio."""
+    told = []
+    for ground, one in outcome.bands().items():
+        # The figures as they are told, so that whoever does the sum finds the same.
+        digits = band_decimals(one.further or 0.0)
+        value, half = round(one.mu_eff, digits), round(one.further or 0.0, digits)
+        ends = [max(0.0, (value + side * half) / of) for side in (-1, 1) for of in (1.0, ratio)]
+        told.append(f"{min(ends):.{digits}f} to {max(ends):.{digits}f} on {ground}")
+    return listed(told)
