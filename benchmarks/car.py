@@ -4,8 +4,8 @@
     python benchmarks/car.py --cars 200 --seed 10000 --sensing pinion --observer mhe
 
 Seeds from TUNING_SEED on are for tuning, those from JUDGING_SEED on for judging; never tune on those.
-Every declared value is off within its tolerance, the force's scale too; `--full-tolerance` puts each true
-value at an end of what is declared.
+Every declared value is off within its tolerance, the force's scale too; `--full-tolerance` puts each
+true value at an end of what is declared.
 `--column-friction` adds dry friction of column and handwheel that nobody declared.
 `--calibrated` first identifies the tyres of every car on ground of known friction.
 About five seconds a car on one core.

@@ -26,10 +26,11 @@ from symbolic.vehicle.steering import jacking_torque, lock_angle
 from symbolic.vehicle.vehicle import STD_PER_TOLERANCE, Vehicle
 
 JACKING = 0.08
-"""Standard deviation of the return torque as a share of it [1]: angles within 1 deg, wheel radius; that of
-the load comes on top."""
+"""Standard deviation of the return torque as a share of it [1]: angles within 1 deg, wheel radius; that
+of the load adds in quadrature."""
 ONE_ERROR = 2.5
-"""Factor on it [1]: from lock to lock it is one error, where the filter takes six for independent."""
+"""Factor on both [1]: from lock to lock they make one error, where the filter takes six for independent
+by `Tuning.error_travel`."""
 SCALE_SHARE = 0.1
 """Share of another stiffness that is the torque's scale: its variance over that of both, of the usual
 tolerances [1]."""
@@ -57,7 +58,8 @@ class RackForce(AligningTorque):
         load_share: share of the torque by which it grows [1].
         gear_spread: standard deviation of the gear's friction over the declared one [1].
         presliding: turn in which it turns over, from the middle [rad].
-        jacking: standard deviation of the return torque over the sine of the angle, with `ONE_ERROR` [N m].
+        jacking: standard deviation of the return torque over the sine of the angle, as if it lasted for
+            `Tuning.error_travel` alone [N m].
         error: standard deviation of the torque's error that lasts [N m].
         slack: play of the angle's noise, either way [rad].
         damping: standard deviation of the damping [N m s/rad].
