@@ -28,9 +28,10 @@ from symbolic.vehicle.vehicle import STD_PER_TOLERANCE, Vehicle
 JACKING = 0.08
 """Standard deviation of the return torque as a share of it [1]: angles within 1 deg, wheel radius; that
 of the load adds in quadrature."""
-ONE_ERROR = 2.5
-"""Factor on both [1]: from lock to lock they make one error, where the filter takes six for independent
-by `Tuning.error_travel`."""
+GEAR_STD = 0.8
+"""Standard deviation of the gear's friction over its tolerance [1]: more than if it may be anywhere
+within, so that bands hold on slippery ground, where it is as large as the tyres' torque, with all values
+at an end of theirs at once; it is learnt, and this widens bands by little."""
 SCALE_SHARE = 0.1
 """Share of another stiffness that is the torque's scale: its variance over that of both, of the usual
 tolerances [1]."""
@@ -58,8 +59,7 @@ class RackForce(AligningTorque):
         load_share: share of the torque by which it grows [1].
         gear_spread: standard deviation of the gear's friction over the declared one [1].
         presliding: turn in which it turns over, from the middle [rad].
-        jacking: standard deviation of the return torque over the sine of the angle, as if it lasted for
-            `Tuning.error_travel` alone [N m].
+        jacking: standard deviation of the return torque over the sine of the angle [N m].
         error: standard deviation of the torque's error that lasts [N m].
         slack: play of the angle's noise, either way [rad].
         damping: standard deviation of the damping [N m s/rad].
@@ -87,11 +87,11 @@ class RackForce(AligningTorque):
     def of(cls, vehicle: Vehicle, *, brakes: bool | None = None, **chosen: bool) -> "RackForce":
         """That of a vehicle, its wheels held or not; `zero` and `stiffness` may be chosen."""
         held, lock = vehicle.brakes if brakes is None else brakes, lock_angle(vehicle)
-        share = ONE_ERROR * hypot(JACKING, STD_PER_TOLERANCE * vehicle.tolerances.load)
+        share = hypot(JACKING, STD_PER_TOLERANCE * vehicle.tolerances.load)
         return cls(
             friction=vehicle.steering_arm / 2 * vehicle.gear_friction,
             load_share=vehicle.gear_load_share,
-            gear_spread=STD_PER_TOLERANCE * vehicle.tolerances.gear_friction,
+            gear_spread=GEAR_STD * vehicle.tolerances.gear_friction,
             presliding=vehicle.presliding / vehicle.steering_arm,
             error=vehicle.steering_arm / 2 * vehicle.force_error,
             jacking=share * abs(float(jacking_torque(vehicle, lock))) / sin(lock),
