@@ -4,8 +4,8 @@
     python benchmarks/car.py --cars 200 --seed 10000 --sensing pinion --observer mhe
 
 Seeds from TUNING_SEED on are for tuning, those from JUDGING_SEED on for judging; never tune on those.
-Every declared value is off within its tolerance; `--full-tolerance` puts each true value at an end of
-what is declared.
+Every declared value is off within its tolerance, the force's scale too; `--full-tolerance` puts each
+true value at an end of what is declared.
 `--column-friction` adds dry friction of column and handwheel that nobody declared.
 `--calibrated` first identifies the tyres of every car on ground of known friction.
 About five seconds a car on one core.
@@ -28,6 +28,7 @@ from benchmarks.car_files import (
     calibrated_toml,
     declared_toml,
     run_command,
+    with_force_scale,
     write_recording,
 )
 from observers import Status
@@ -121,7 +122,8 @@ def judge(
     text = declared_toml(drawn, sensing)
     if calibrated:
         text, drawn = calibrated_toml(drawn, sensing, full=full)
-    recording = with_column_friction(drawn.drive(), column)
+    driven = with_column_friction(drawn.drive(), column)
+    recording = with_force_scale(driven, seed, full=full)
     got = estimate(text, recording, sensing, observer)
     # The truth at the rows' times: a reader may leave samples out.
     handwheel = np.interp(got["t"], recording.t, np.degrees(recording.handwheel))

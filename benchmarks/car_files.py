@@ -9,11 +9,14 @@ import numpy as np
 
 from brushgrip.cli.app import main as main_of_command
 from reference_rig import TOLERANCES, CarRecording, FleetCar
+from symbolic.vehicle.vehicle import VehicleTolerances
 
 KNOWN_FRICTION, KNOWN_WITHIN = 0.9, 0.05
 """Friction of the ground on which tyres are identified; tolerance of it, as a share [1]."""
 LOAD_CHANGE = 0.03
 """Change of the load after that, either way, as a share [1]."""
+FORCE_SCALE = VehicleTolerances().force_scale
+"""Error of the scale of a measured force or torque, either way, as a share [1]."""
 COLUMNS = {
     "rack": ("rack", "F_rack"),
     "pinion": ("handwheel", "T_bar", "T_motor"),
@@ -66,6 +69,17 @@ def write_recording(path: Path, recording: CarRecording, sensing: str) -> None:
     np.savetxt(path, table, fmt="%.8g", delimiter=",", header=",".join(names), comments="")
 
 
+def with_force_scale(recording: CarRecording, seed: int, *, full: bool = False) -> CarRecording:
+    """The same by sensors of the rack's force and the handwheel's torque whose scale is off.
+
+    Of an assisted car's torques, motor and pinion are off already. With `full` it is off by all of
+    `FORCE_SCALE`.
+    """
+    error = float(np.random.default_rng([seed, 26]).uniform(-1, 1))
+    gain = 1 + FORCE_SCALE * (float(np.sign(error)) if full else error)
+    return replace(recording, F_rack=gain * recording.F_rack, T_hand=gain * recording.T_hand)
+
+
 def declared_toml(drawn: FleetCar, sensing: str) -> str:
     """The vehicle file of a car as it is declared."""
     # The torque at the handwheel turns its inertia too, known as well as the rack's mass.
@@ -109,7 +123,7 @@ def calibrated_toml(drawn: FleetCar, sensing: str, *, full: bool = False) -> tup
     with tempfile.TemporaryDirectory() as name:
         file, log, new = (Path(name) / one for one in ("car.toml", "log.csv", "new.toml"))
         file.write_text(text, encoding="utf-8")
-        write_recording(log, there.drive(), sensing)
+        write_recording(log, with_force_scale(there.drive(), drawn.seed, full=full), sensing)
         known = ("--ground-friction", f"{KNOWN_FRICTION}")
         known += ("--friction-tolerance", f"{KNOWN_WITHIN * KNOWN_FRICTION}")
         try:

@@ -11,7 +11,7 @@ tyre over an angle of its own, which tells them apart. While z turns over, its p
 """
 
 from dataclasses import dataclass
-from math import sin
+from math import hypot, sin
 from typing import ClassVar
 
 import casadi as ca
@@ -26,7 +26,12 @@ from symbolic.vehicle.steering import jacking_torque, lock_angle
 from symbolic.vehicle.vehicle import STD_PER_TOLERANCE, Vehicle
 
 JACKING = 0.08
-"""Standard deviation of the return torque as a share of it [1]: angles within 1 deg, wheel radius."""
+"""Standard deviation of the return torque as a share of it [1]: angles within 1 deg, wheel radius; that
+of the load adds in quadrature."""
+GEAR_STD = 0.8
+"""Standard deviation of the gear's friction over its tolerance [1]: more than if it may be anywhere
+within, so that bands hold on slippery ground, where it is as large as the tyres' torque, with all values
+at an end of theirs at once; it is learnt, and this widens bands by little."""
 SCALE_SHARE = 0.1
 """Share of another stiffness that is the torque's scale: its variance over that of both, of the usual
 tolerances [1]."""
@@ -82,13 +87,14 @@ class RackForce(AligningTorque):
     def of(cls, vehicle: Vehicle, *, brakes: bool | None = None, **chosen: bool) -> "RackForce":
         """That of a vehicle, its wheels held or not; `zero` and `stiffness` may be chosen."""
         held, lock = vehicle.brakes if brakes is None else brakes, lock_angle(vehicle)
+        share = hypot(JACKING, STD_PER_TOLERANCE * vehicle.tolerances.load)
         return cls(
             friction=vehicle.steering_arm / 2 * vehicle.gear_friction,
             load_share=vehicle.gear_load_share,
-            gear_spread=STD_PER_TOLERANCE * vehicle.tolerances.gear_friction,
+            gear_spread=GEAR_STD * vehicle.tolerances.gear_friction,
             presliding=vehicle.presliding / vehicle.steering_arm,
             error=vehicle.steering_arm / 2 * vehicle.force_error,
-            jacking=JACKING * abs(float(jacking_torque(vehicle, lock))) / sin(lock),
+            jacking=share * abs(float(jacking_torque(vehicle, lock))) / sin(lock),
             damping=STD_PER_TOLERANCE * vehicle.tolerances.damping * vehicle.damping,
             growth=GROWTH * abs(growth_to_full_lock(vehicle, brakes=held).torque),
             inverse_lever_growth=lever_growth_at_lock(vehicle, brakes=held) / lock**2,

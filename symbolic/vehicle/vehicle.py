@@ -16,6 +16,7 @@ from math import inf, isfinite, pi
 from typing import Annotated, NamedTuple, get_origin, get_type_hints
 
 from symbolic.errors import InvalidInputError
+from symbolic.parameters import EVEN
 
 CARCASS = 0.1
 """Share of the load that the carcass carries without the pressure [1]."""
@@ -28,10 +29,8 @@ LEAST_GAIN, MOST_GAIN = 0.00125, 0.06
 MOST_WAY = 0.2
 """Way of the rack to one side that no car has [m]."""
 IN_SI = "angles are in rad, 6.283 a turn and 0.01745 a degree, and ways in m"
-STD_PER_TOLERANCE = 0.68
-"""Standard deviation of a declared value over its tolerance [1]: more than where it may be anywhere
-within, 0.58, so that bands hold for most cars with all values but the force's scale at an end of
-theirs at once; where all push one way, friction is up to 2.4 deviations off."""
+STD_PER_TOLERANCE = EVEN
+"""Standard deviation of a declared value over its tolerance [1]: any value within is as likely."""
 
 
 Pairs = tuple[tuple[float, float], ...]

@@ -65,8 +65,8 @@ def test_from_a_log_to_friction_in_one_command(run: Run, tmp_path: Path, name: s
     whole = 2 * found["mu_eff_std"][-1]
     assert "axle load" in budget
     assert "half-length of the contact" in budget
-    # Those that are not told are less than a tenth of it each.
-    assert np.hypot.reduce(parts) == pytest.approx(whole, rel=0.06)
+    # Those that are not told are less than a tenth of it each; the others are rounded to 0.01.
+    assert np.hypot.reduce(parts) == pytest.approx(whole, rel=0.1)
     assert float(budget.partition("± ")[2].split()[0]) == pytest.approx(whole, abs=0.011)
 
 
@@ -235,7 +235,7 @@ def test_a_half_length_that_follows_from_the_load_has_its_error(tolerance: float
     tolerances = replace(declared.tolerances, half_length=tolerance)
     follows = replace(declared, half_length=None, tolerances=tolerances)
 
-    assert "front_axle_load 8000 N (6.8%)" in declared_values_in_words(declared, brakes=True)
+    assert "front_axle_load 8000 N (5.8%)" in declared_values_in_words(declared, brakes=True)
     told = declared_values_in_words(follows, brakes=True)
-    assert float(told.partition("8000 N (")[2].partition("%")[0]) > 1.2 * 6.8
+    assert float(told.partition("8000 N (")[2].partition("%")[0]) > 1.2 * 5.8
     assert "half_length follows from the load; weighing the front axle narrows that most" in told

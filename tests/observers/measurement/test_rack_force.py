@@ -1,5 +1,6 @@
 """Friction from the force on a car's rack, against bristles and dry friction of their own."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -86,7 +87,7 @@ def test_what_is_declared_wrong_is_not_usable_and_wrong(wrong: dict[str, float])
     assert not (found.usable & (away > 3)).any()
 
 
-@pytest.mark.parametrize(("side", "stds"), [(-1, 1.96), (1, 2.4)])
+@pytest.mark.parametrize(("side", "stds"), [(-1, 1.96), (1, 2.8)])
 def test_all_declared_values_off_at_once(side: int, stds: float) -> None:
     vehicle = declared_vehicle(
         front_axle_load=8000 * (1 + 0.1 * side), half_length=0.055 * (1 + 0.15 * side),
@@ -96,6 +97,15 @@ def test_all_declared_values_off_at_once(side: int, stds: float) -> None:
     found, std = final(SimulatedCar(mu=(0.8, 0.8)), vehicle=vehicle)
 
     assert 0.14 < abs(found - 0.8) < stds * std
+
+
+def test_the_error_of_the_return_torque_has_that_of_the_load_in_it() -> None:
+    leaning = declared_vehicle(inclination=0.2)
+    known = replace(leaning, tolerances=replace(leaning.tolerances, load=0.0))
+    wide, narrow = (RackForce.of(each).jacking for each in (leaning, known))
+
+    # Angles within 1 deg make 8 %, a load within 10 % has 5.8 %.
+    assert wide / narrow == pytest.approx(np.hypot(0.08, 0.1 / 3**0.5) / 0.08)
 
 
 def test_other_friction_left_and_right_is_their_mean() -> None:
