@@ -111,7 +111,7 @@ def _for_the_model(diagnosis: Diagnosis) -> list[str]:
         still = "if something unknown remains after (1)"
         return [
             f"{still if stiffness_cases(diagnosis) else 'as something unknown remains'}, record at"
-            " other steering speeds, steering angles and loads to find it; friction may turn out other then"
+            " other steering speeds, steering angles and loads to find it; friction may change then"
             + f"; begin{unchecked} with what {proposed}"
             * bool(apart)
         ]

@@ -101,7 +101,8 @@ def test_writes_everything(diagnose: Diagnose, asked: list[Any]) -> None:
     assert content["effects"][0]["name"] == "carcass_torsion"
     assert json.loads((out / "model.json").read_text())["effects"][0] == "carcass_torsion"
     ranked = (
-        "candidates are ranked on 120 of 240 samples, thinned towards 0.02 s; the best are fitted to all"
+        "candidates are ranked on 120 of 240 samples, thinned towards 0.02 s (0.04 s where the error is"
+        " large); the best are fitted to all"
     )
     assert outcome.out.startswith(ranked)
     for words in (
