@@ -241,7 +241,7 @@ def test_two_steps_balance_what_is_in_series(three: list[Recording], name: str) 
         for precision in (RANKING, replace(RANKING, newton_steps=8))
     )
 
-    assert rmse_of(two - many) < 1e-5 * torque_range(thinned)
+    assert rmse_of(two - many) < 1e-9 * torque_range(thinned)
 
 
 @pytest.mark.parametrize(
