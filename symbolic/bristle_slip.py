@@ -78,28 +78,57 @@ def bristle_slip_solver(bristles: int) -> ca.Function:
     level is ln(slip) where a bristle is moving (1) and ln v_0 where it is not (0); yielding is the
     slip by stress beyond friction, zero where the bristle sticks.
     """
-    size, limit = ca.MX.sym("size", bristles), ca.MX.sym("limit", bristles)
-    branch_gain, reach, c = (ca.MX.sym(name) for name in ("branch_gain", "reach", "c"))
+    inputs = _solver_inputs(bristles)
+    found = slip_at_log_speed(bristles)(*inputs.values(), log_speed_search(bristles)(*inputs.values()))
+    outputs = dict(zip(("slip", "level", "moving", "yielding"), found, strict=True))
+    return named_function("bristle_slip_solver", inputs, outputs, is_diff_out=[False] * len(outputs))
+
+
+@cache
+def log_speed_search(bristles: int, steps: int = _STEPS) -> ca.Function:
+    """The logarithm w of the sliding speed of bristles that move, by the inputs of the solver.
+
+    After two steps the slip, with the one of Newton, is right to 2e-10 of the stress.
+    """
+    inputs = _solver_inputs(bristles)
+    size, limit, branch_gain, reach, c = inputs.values()
     growth = limit * c
-    limit_at_rest = limit * (1 + c * (_MIN_LOG_SPEED - _REFERENCE_LOG_SPEED))
-    at_rest = ca.fmax(0, size - limit_at_rest) / (1 + branch_gain)
     excess = size - limit + growth * _REFERENCE_LOG_SPEED
+    at_rest = _slip_at_rest(size, limit, branch_gain, c)
     w = ca.fmin(ca.log(ca.fmax(at_rest / reach, REST_SPEED)), excess / ca.fmax(growth, _TINY))
-    for _ in range(_STEPS):
+    for _ in range(steps):
         w = ca.fmax(w, _MIN_LOG_SPEED)
         relieved = (1 + branch_gain) * reach * ca.exp(w)
         beyond, slope = relieved + growth * w - excess, relieved + growth
         # Above the root beyond is at most what slip relieves; below, where it does not matter, no pole.
         w = w - 2 * beyond * slope / (2 * slope**2 - ca.fmin(beyond, relieved) * relieved)
+    return named_function("log_speed_search", inputs, {"log_speed": ca.fmax(w, _MIN_LOG_SPEED)})
+
+
+@cache
+def slip_at_log_speed(bristles: int) -> ca.Function:
+    """The outputs of `bristle_slip_solver`, by its inputs and w."""
+    inputs, w = _solver_inputs(bristles), ca.MX.sym("log_speed", bristles)
+    size, limit, branch_gain, reach, c = inputs.values()
+    at_rest = _slip_at_rest(size, limit, branch_gain, c)
     moving = at_rest > reach * REST_SPEED
-    slipped = reach * ca.exp(ca.fmax(w, _MIN_LOG_SPEED))
+    slipped = reach * ca.exp(w)
+    relief = slipped / ((1 + branch_gain) * slipped + limit * c)
     outputs = {
         "slip": ca.if_else(moving, slipped, at_rest),
         "level": ca.if_else(moving, w + ca.log(reach), _MIN_LOG_SPEED),
         "moving": moving,
-        "yielding": ca.if_else(
-            moving, slipped / ((1 + branch_gain) * slipped + growth), (at_rest > 0) / (1 + branch_gain)
-        ),
+        "yielding": ca.if_else(moving, relief, (at_rest > 0) / (1 + branch_gain)),
     }
-    inputs = {"size": size, "limit": limit, "branch_gain": branch_gain, "reach": reach, "c": c}
-    return named_function("bristle_slip_solver", inputs, outputs, is_diff_out=[False] * len(outputs))
+    return named_function("slip_at_log_speed", {**inputs, "log_speed": w}, outputs)
+
+
+def _solver_inputs(bristles: int) -> dict[str, ca.MX]:
+    vectors = {name: ca.MX.sym(name, bristles) for name in ("size", "limit")}
+    return vectors | {name: ca.MX.sym(name) for name in ("branch_gain", "reach", "c")}
+
+
+def _slip_at_rest(size: ca.MX, limit: ca.MX, branch_gain: ca.MX, c: ca.MX) -> ca.MX:
+    """Slip down to the limit of a bristle that does not move."""
+    limit_at_rest = limit * (1 + c * (_MIN_LOG_SPEED - _REFERENCE_LOG_SPEED))
+    return ca.fmax(0, size - limit_at_rest) / (1 + branch_gain)

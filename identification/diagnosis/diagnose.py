@@ -24,10 +24,17 @@ from identification.residuals.partial_correlations import signatures
 from identification.residuals.residual_signals import check_signatures
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.journal import Journal
-from identification.selection.search_step import SearchStep
-from identification.selection.stepwise_search import Progress, Search, silent, without_each
+from identification.selection.search_step import SearchStep, without_each
+from identification.selection.stepwise_search import Progress, Search
 from identification.selection.trial import RANKING
-from identification.selection.trial_runner import Effects, TrialRunner, job_count, results_of, workers
+from identification.selection.trial_runner import (
+    Effects,
+    TrialRunner,
+    job_count,
+    results_of,
+    silent,
+    workers,
+)
 from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named, with_usual_tolerances
 
 MIN_ANGLE_RANGE = 0.01
@@ -85,14 +92,14 @@ def diagnose(
         search = Search(runner, effects, criteria, report)
         steps = search.run()
         rests = without_each(steps, runner)
+        proposals = _proposals(search, steps)
         trials, both = (steps[0].before, steps[-1].before), [*recordings, *holdout]
         followed = [submit(signatures, trial.residuals, both, trial.fits, effects) for trial in trials]
         if not holdout:
             report("leaving each recording out in turn", 0, 1)
         left_out = [left_out_residuals(trial, runner) for trial in trials]
-        proposals = _proposals(search, steps)
-        results = declared.result(), [future.result() for future in followed]
-    result = build_diagnosis(search, steps, rests, *results, left_out, proposals)
+        results = rests(), declared.result(), [future.result() for future in followed]
+    result = build_diagnosis(search, steps, *results, left_out, proposals)
     notes += note_slide_beyond_sensor(result.model, result.values, as_read)
     return replace(result, notes=(*notes, *result.notes), of_car=bool(recordings[0].standstills))
 

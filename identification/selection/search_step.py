@@ -1,6 +1,6 @@
-"""A step of the search: models that it may go to, what was tried and chosen, and what does as well."""
+"""A step of the search: models that it may go to, what was tried, chosen, and does as well."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from identification.fits.fitting import last_effect_at_bound
@@ -12,8 +12,8 @@ from identification.selection.criteria import (
     family_already_present,
     overfits_judging_recordings,
 )
-from identification.selection.trial import Trial
-from identification.selection.trial_runner import Effects
+from identification.selection.trial import Precision, Trial
+from identification.selection.trial_runner import Effects, TrialRunner, start_values
 from symbolic import Effect
 
 
@@ -108,3 +108,28 @@ def _simplicity(trial: Trial) -> tuple[bool, bool, int, float]:
         len(trial.fitted.labels),
         trial.nrmse,
     )
+
+
+def without_each(steps: Sequence[SearchStep], runner: TrialRunner) -> Callable[[], dict[Effect, Trial]]:
+    """The final model without each of its effects, fitted to the whole recordings.
+
+    The processes begin with it; what is returned waits for them.
+    """
+    final = steps[-1].before
+    exact = final.fitted.model.exact
+    known = {
+        frozenset(s.before.effects): s.before for s in steps if s.before.fitted.model.exact == exact
+    }
+    rests = {effect: without_effect(final.effects, effect) for effect in final.effects}
+    missing = {e: rest for e, rest in rests.items() if frozenset(rest) not in known}
+    # Bristles as in the final model: quicker, and their error does not count as an effect's.
+    finish = runner.begin_fine(
+        {effect: (rest, start_values(final, rest)) for effect, rest in missing.items()},
+        Precision(discretised=not exact),
+    )
+
+    def trials() -> dict[Effect, Trial]:
+        fitted = finish()
+        return {e: fitted.get(e) or known[frozenset(rest)] for e, rest in rests.items()}
+
+    return trials

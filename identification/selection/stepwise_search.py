@@ -36,7 +36,14 @@ from identification.selection.search_step import (
     without_effect,
 )
 from identification.selection.trial import RANKING, ROUGH, Precision, Trial, with_prior_weights
-from identification.selection.trial_runner import Effects, TrialRunner, job_count, start_values, workers
+from identification.selection.trial_runner import (
+    Effects,
+    TrialRunner,
+    job_count,
+    silent,
+    start_values,
+    workers,
+)
 from symbolic import CANDIDATES, Effect, effects_named
 
 Progress = Callable[[str, int, int], None]
@@ -238,26 +245,6 @@ class Search:
                 return confirmed
             at_bound = at_bound or confirmed
         return at_bound
-
-
-def without_each(steps: Sequence[SearchStep], runner: TrialRunner) -> dict[Effect, Trial]:
-    """The final model without each of its effects, fitted to the whole recordings."""
-    final = steps[-1].before
-    exact = final.fitted.model.exact
-    known = {
-        frozenset(s.before.effects): s.before for s in steps if s.before.fitted.model.exact == exact
-    }
-    rests = {effect: without_effect(final.effects, effect) for effect in final.effects}
-    # Bristles as in the final model: quicker, and their error does not count as an effect's.
-    precision = Precision(discretised=not exact)
-    return {
-        effect: known.get(frozenset(rest)) or runner.run_fine(rest, start_values(final, rest), precision)
-        for effect, rest in rests.items()
-    }
-
-
-def silent(*_: object) -> None:
-    """Progress that nobody sees."""
 
 
 def search(

@@ -25,7 +25,7 @@ from identification.selection.trial import (
     run_trial,
     thin_for_ranking,
 )
-from identification.selection.worker_processes import WorkerProcesses
+from identification.selection.worker_processes import WorkerProcesses, one_thread_each
 from symbolic import BrushgripError, Effect, InvalidInputError
 
 Effects = tuple[Effect, ...]
@@ -38,10 +38,6 @@ _BETWEEN_WAITS = 0.5
 """Longest wait before a pending interrupt is served [s]."""
 _PENDING = 1000
 """Most futures that are waited for at a time; of more, the others are taken when some are done."""
-THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
-"""Variables that the libraries of linear algebra read once, when they are loaded."""
-HEAP = {"MALLOC_MMAP_THRESHOLD_": str(2**25), "MALLOC_TRIM_THRESHOLD_": str(2**28)}
-"""Variables of glibc [B]: the memory of arrays is kept for the next ones, and not cleared each time."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -79,7 +75,7 @@ class TrialRunner:
         self, effects: Effects, start: Values | None = None, precision: Precision = FINE
     ) -> Trial:
         """A trial on the whole recordings."""
-        return self._run(TrialTask(effects, self.training, self.holdout, start, precision, self.loss))
+        return self._run(self._fine_task(effects, start, precision))
 
     def run_coarse(self, effects: Effects, start: Values | None, precision: Precision) -> Trial:
         """A trial on the thinned recordings, to be compared with candidates."""
@@ -98,25 +94,42 @@ class TrialRunner:
         self, starts: Sequence[tuple[Effects, Values]], precision: Precision, report: Report
     ) -> list[Trial]:
         """Coarse trials of these sets of effects, each from its own values; in the order given."""
-        report(0)
+        tasks = [self._coarse_task(effects, start, precision) for effects, start in starts]
+        return self._begin(tasks)(report)
+
+    def begin_fine(
+        self, starts: Mapping[Key, tuple[Effects, Values]], precision: Precision
+    ) -> Callable[[], dict[Key, Trial]]:
+        """Begin trials on the whole recordings in the processes; what is returned waits for them."""
+        finish = self._begin([self._fine_task(*start, precision) for start in starts.values()])
+        return lambda: dict(zip(starts, finish(silent), strict=True))
+
+    def _begin(self, tasks: Sequence[TrialTask]) -> Callable[[Report], list[Trial]]:
+        """Hand over what the journal lacks; what is returned waits for it and reports progress."""
         trials, futures = dict[int, Trial](), {}
-        for i, (effects, start) in enumerate(starts):
-            task = self._coarse_task(effects, start, precision)
+        for i, task in enumerate(tasks):
             # To recall takes time, so the processes begin with the first that is missing.
             if (kept := self._recall(task)) is not None:
                 trials[i] = kept
             else:
                 futures[self.submit(run_trial, task)] = i, task
-        report(len(trials))
-        for future in as_completed(futures):
-            i, task = futures[future]
-            trials[i] = self._note(task, future.result())
+
+        def finish(report: Report) -> list[Trial]:
             report(len(trials))
-        return [trials[i] for i in range(len(starts))]
+            for future in as_completed(futures):
+                i, task = futures[future]
+                trials[i] = self._note(task, future.result())
+                report(len(trials))
+            return [trials[i] for i in range(len(tasks))]
+
+        return finish
 
     def _coarse_task(self, effects: Effects, start: Values | None, precision: Precision) -> TrialTask:
         training, holdout = self._thinned_to(precision.step)
         return TrialTask(effects, training, holdout, start, precision, self.loss)
+
+    def _fine_task(self, effects: Effects, start: Values | None, precision: Precision) -> TrialTask:
+        return TrialTask(effects, self.training, self.holdout, start, precision, self.loss)
 
     def _run(self, task: TrialTask) -> Trial:
         return self._recall(task) or self._note(task, run_trial(task, self.threads))
@@ -128,6 +141,10 @@ class TrialRunner:
         if self.journal:
             self.journal.note(task, trial)
         return trial
+
+
+def silent(*_: object) -> None:
+    """Progress that nobody sees."""
 
 
 def start_values(present: Trial, effects: Sequence[Effect]) -> Values:
@@ -211,7 +228,7 @@ def worker_pool(jobs: int | None, start: int = 0) -> Iterator[WorkerProcesses | 
         yield None
         return
     pool = WorkerProcesses(count)
-    with _one_thread_each():
+    with one_thread_each():
         try:
             pool.start(start)
             yield pool
@@ -263,22 +280,6 @@ def _check_importable(effect: Effect) -> None:
         f"effect {effect.name!r} cannot be taken to the processes of the search ({reason}); put the"
         " effect into a module of its own, or use jobs=1 (--jobs 1)"
     )
-
-
-@contextmanager
-def _one_thread_each() -> Iterator[None]:
-    """Processes started within do their linear algebra in one thread: there is one for every core."""
-    changed = {**dict.fromkeys(THREADS, "1"), **HEAP}
-    before = {name: os.environ.get(name) for name in changed}
-    os.environ.update(changed)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
 
 
 def run_at_once(function: Callable[..., Any], *arguments: Any) -> Future[Any]:

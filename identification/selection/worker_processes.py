@@ -14,9 +14,9 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from functools import partial
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection
@@ -27,11 +27,31 @@ from symbolic.compilation.operating_system import children_ignore_interrupts, te
 
 GRACE = 3.0
 """Time that a process has to clean up before it is killed [s]."""
+THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
+"""Variables that the libraries of linear algebra read once, when they are loaded."""
+HEAP = {"MALLOC_MMAP_THRESHOLD_": str(2**25), "MALLOC_TRIM_THRESHOLD_": str(2**28)}
+"""Variables of glibc [B]: the memory of arrays is kept for the next ones, and not cleared each time."""
 ENDED = (
     "a process of the search ended before its work was done ({}): out of memory, or it cannot import"
     " the module of an own effect, or a script lacks 'if __name__ == \"__main__\":' before its calls;"
     " jobs=1 (--jobs 1) does without processes"
 )
+
+
+@contextmanager
+def one_thread_each() -> Iterator[None]:
+    """Processes started within do their linear algebra in one thread: there is one for every core."""
+    changed = {**dict.fromkeys(THREADS, "1"), **HEAP}
+    before = {name: os.environ.get(name) for name in changed}
+    os.environ.update(changed)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 class WorkerProcesses(Executor):

@@ -30,9 +30,10 @@ def operands_of(function: ca.Function) -> dict[int, list[int]]:
     last: dict[int, int] = {}
     operands: dict[int, list[int]] = {}
     for k in range(function.n_instructions()):
-        if function.instruction_id(k) not in (ca.OP_CONST, ca.OP_INPUT):
+        code = function.instruction_id(k)
+        if code not in (ca.OP_CONST, ca.OP_INPUT):
             operands[k] = [last[slot] for slot in function.instruction_input(k)]
-        if function.instruction_id(k) != ca.OP_OUTPUT:
+        if code != ca.OP_OUTPUT:
             last[function.instruction_output(k)[0]] = k
     return operands
 
@@ -41,6 +42,8 @@ def live_instructions(
     function: ca.Function, operands: Mapping[int, list[int]], comments: Comments
 ) -> set[int]:
     """Instructions on which an output depends that is a parameter in C."""
+    if not comments.between:
+        return set(range(function.n_instructions()))
     needed: set[int] = set()
     for k in reversed(range(function.n_instructions())):
         is_output = function.instruction_id(k) == ca.OP_OUTPUT
@@ -53,8 +56,8 @@ def live_instructions(
 
 def section_starts(function: ca.Function, comments: Comments) -> dict[int, str]:
     """Titles by the instruction after the last one of the output before."""
-    titles, begin, before = {}, 0, ""
-    for k in range(function.n_instructions()):
+    titles, begin, before = dict[int, str](), 0, ""
+    for k in range(function.n_instructions() if comments.sections else 0):
         if function.instruction_id(k) == ca.OP_OUTPUT:
             output = function.name_out(function.instruction_output(k)[0])
             if output != before and output in comments.sections:

@@ -142,19 +142,18 @@ def c_function(
     """
     function = function.expand()
     writer = _Writer(real)
-    steps = range(function.n_instructions())
+    codes = [function.instruction_id(k) for k in range(function.n_instructions())]
     operands = operands_of(function)
     needed = live_instructions(function, operands, comments)
     uses: Counter[int] = Counter()
-    for k in steps:
+    for k, code in enumerate(codes):
         if k in operands and k in needed:
-            weight = 2 if function.instruction_id(k) in TWICE_USED else 1
+            weight = 2 if code in TWICE_USED else 1
             uses.update(dict.fromkeys(set(operands[k]), weight))
             uses.update(operands[k][1:] if len(set(operands[k])) < len(operands[k]) else [])
     terms: dict[int, Term] = {}
     section = section_starts(function, comments)
-    for k in steps:
-        code = function.instruction_id(k)
+    for k, code in enumerate(codes):
         if k in section:
             writer.statements.append(f"    /* {section[k]} */")
         if code == ca.OP_OUTPUT:

@@ -11,7 +11,7 @@ from typing import Any
 import casadi as ca
 
 from symbolic.bristle_patch import BristlePatch
-from symbolic.bristle_slip import bristle_slip_solver
+from symbolic.bristle_slip import log_speed_search, slip_at_log_speed
 from symbolic.casadi_functions import named_function
 from symbolic.elements_in_series import build_series_torque
 from symbolic.model import (
@@ -160,8 +160,11 @@ def step_functions(model: Model) -> Functions:
     functions, given = {}, inputs
     if searched is not None:
         given = {**inputs, "found": found}
-        results = ca.vertcat(*bristle_slip_solver(1).expand()(*searched))
-        functions["find"] = _function("find", inputs, {"found": results})
+        log_speed = ca.SX.sym("log_speed")
+        sought = log_speed_search(1, 2).expand()(*searched)
+        results = ca.vertcat(*slip_at_log_speed(1).expand()(*searched, log_speed))
+        functions["seek"] = _function("seek", inputs, {"log_speed": sought})
+        functions["find"] = _function("find", {**inputs, "log_speed": log_speed}, {"found": results})
     outputs: dict[str, Any] = {"after": after, "follow": follow}
     return functions | {
         "tangent": _function("tangent", given, outputs),

@@ -13,8 +13,11 @@
 #define INLINE static inline __attribute__((always_inline, unused))
 #endif
 #define natural_log log
+#define natural_logf logf
 INLINE double lesser(double x, double y) { return x < y ? x : y; }
 INLINE double greater(double x, double y) { return x > y ? x : y; }
+INLINE float lesserf(float x, float y) { return x < y ? x : y; }
+INLINE float greaterf(float x, float y) { return x > y ? x : y; }
 
 /* Bristles, stresses of one, parameters, scalars of a sample, memory of the effects, and all memory. */
 enum { BRISTLES = ${bristles}, STRESSES = ${stresses}, PARAMETERS = ${parameters}, SCALARS = ${scalars}, OWN = ${own}, MEMORY = ${memory} };
@@ -25,6 +28,19 @@ ${functions}
 typedef struct {
     double lever[BRISTLES], limit[BRISTLES], moment[BRISTLES], shared[${shared}];
 } coefficients_t;
+
+%% if creep
+/* The logarithm of each bristle's sliding speed, in single precision: the differentiated step of Newton squares its error. */
+static void seek_all(const double *stress, const coefficients_t *at, double turn, float *log_speed) {
+    float shared[${shared}];
+    int i;
+    for (i = 0; i < ${shared}; ++i) shared[i] = (float)at->shared[i];
+    for (i = 0; i < BRISTLES; ++i) {
+        seek(${single_stress_at_i}, (float)turn, (float)at->lever[i], (float)at->limit[i], shared, &log_speed[i]);
+    }
+}
+
+%% endif
 
 /* Several sums at a time, in an order that is always the same. */
 static double sum(const double *x) {
@@ -42,10 +58,12 @@ static double sum(const double *x) {
 /* Torque of the patch after a turn, and its slope. */
 static void try_turn(const double *stress, const coefficients_t *at, double turn, double *torque, double *slope) {
     double total[BRISTLES], by_turn[BRISTLES];
+    float log_speed[BRISTLES]; %% if creep
     int i;
+    seek_all(stress, at, turn, log_speed); %% if creep
     for (i = 0; i < BRISTLES; ++i) {
         double ${"found[4], " if creep}after[STRESSES], follow[STRESSES];
-        find(${stress_at_i}, turn, at->lever[i], at->limit[i], at->shared, found); %% if creep
+        find(${stress_at_i}, turn, at->lever[i], at->limit[i], at->shared, log_speed[i], found); %% if creep
         tangent(${stress_at_i}, turn, at->lever[i], at->limit[i], at->shared${", found" if creep}, after, follow);
         total[i] = at->moment[i] * (after[0]${" + after[1]" if stresses == 2});
         by_turn[i] = at->moment[i] * (follow[0]${" + follow[1]" if stresses == 2});
@@ -101,6 +119,7 @@ void run(int64_t count, int64_t directions, const double *signals, const double 
         double *own = stress + STRESSES * BRISTLES, own_next[OWN]; %% if own
         double follows[STRESSES][BRISTLES], elements[1 + PARAMETERS], root, M_z, slope, deflected, softness; %% if compliant
         coefficients_t at;
+        float log_speed[BRISTLES]; %% if creep
         sample(${"own, " if own}signals, theta, geometry, ${"own_next, " if own}scalars);
         share(scalars, at.shared);
         beside(scalars, &beside_patch);
@@ -123,9 +142,10 @@ void run(int64_t count, int64_t directions, const double *signals, const double 
         deflection(root, elements, &deflected);
         turn = goal + deflected;
 %% endif
+        seek_all(stress, &at, turn, log_speed); %% if creep
         for (i = 0; i < BRISTLES; ++i) {
             double ${"found[4], " if creep}after[STRESSES], follow[STRESSES], partial[${step_partials}];
-            find(${stress_at_i}, turn, at.lever[i], at.limit[i], at.shared, found); %% if creep
+            find(${stress_at_i}, turn, at.lever[i], at.limit[i], at.shared, log_speed[i], found); %% if creep
             advance(${stress_at_i}, turn, at.lever[i], at.limit[i], at.shared${", found" if creep}, after, follow, partial);
             for (s = 0; s < STRESSES; ++s) next[s][i] = after[s];
             for (s = 0; s < ${step_partials}; ++s) step_by[s][i] = partial[s];

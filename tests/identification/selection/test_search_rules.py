@@ -1,6 +1,6 @@
 """The order of trials and decisions of the search, on errors made up for every set of effects."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import cast
 
@@ -9,10 +9,10 @@ import pytest
 
 from identification.fits.parameter_values import Values
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
-from identification.selection.search_step import SearchStep, rank_for_confirmation
-from identification.selection.stepwise_search import Effects, Search, silent, without_each
+from identification.selection.search_step import SearchStep, rank_for_confirmation, without_each
+from identification.selection.stepwise_search import Search
 from identification.selection.trial import FINE, RANKING, ROUGH, Precision, Trial
-from identification.selection.trial_runner import TrialRunner
+from identification.selection.trial_runner import Effects, TrialRunner, silent
 from tests.identification.selection.compared import (
     SECONDS,
     Pair,
@@ -70,6 +70,11 @@ class Scripted:
         unknown = [name for name in start.tyre if name[0] not in self.fitted[-1]] if start else []
         assert not unknown, "a fit refuses values of effects that its model does not have"
         return self.trial(self.fitted[-1], self.fine(self.fitted[-1]))
+
+    def begin_fine(
+        self, starts: Mapping[str, tuple[Effects, Values]], precision: Precision
+    ) -> Callable[[], dict[str, Trial]]:
+        return lambda: {key: self.run_fine(*start, precision) for key, start in starts.items()}
 
     def run_coarse(self, effects: Effects, _: Values, precision: Precision) -> Trial:
         self.precisions.append(precision)
@@ -175,7 +180,7 @@ def test_each_effect_is_taken_out_of_the_model_found(pair: Pair) -> None:
     steps = searched(runner, "abc")
     fitted = len(runner.fitted)
 
-    rests = without_each(steps, cast(TrialRunner, runner))
+    rests = without_each(steps, cast(TrialRunner, runner))()
 
     assert {effect.name: letters(rest.effects) for effect, rest in rests.items()} == {
         "b": "ac", "a": "bc", "c": "ba",
