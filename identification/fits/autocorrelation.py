@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
 
 from symbolic.float_array import Array
 
@@ -36,7 +37,8 @@ def effective_samples(residuals: Mapping[str, Array]) -> float:
 def lagged_products(values: Array) -> Array:
     """Sum over t of values(t) values(t + lag), for lags from 0 to n - 1; shape (n,)."""
     n = values.size
-    return np.asarray(np.fft.irfft(np.abs(np.fft.rfft(values, 2 * n)) ** 2, 2 * n)[:n])
+    length = next_fast_len(2 * n, real=True)
+    return np.asarray(irfft(np.abs(rfft(values, length)) ** 2, length)[:n])
 
 
 def autoregression(series: Array) -> Array:
