@@ -12,6 +12,14 @@ The consistency is q / w, with q the sum of n nu^2 / S and w that of n, both for
 W = `FORGETTING_SAMPLES` independent samples: 1 on average where the model and its stated error are
 right, [Bar-Shalom 2001], section 5.4. Where it is more than that, alarms become rarer. Innovations
 beyond the gate count for neither.
+
+Friction that rises or falls steadily raises no alarm; the estimate follows it, late. How late, the
+innovations tell: with K nu the correction of ln mu and r the share of its variance that a sample takes,
+
+    l <- (1 - r) l + K nu
+
+is their mean over the estimator's own memory, 0 where the walk of mu is right, with a deviation below
+that of ln mu; behind a ramp it comes to the lag. ln mu is no surer than that.
 """
 
 from functools import cache
@@ -24,8 +32,8 @@ from observers.measurement.torque_error import SENSIBLE, forgetting_factor
 from observers.tuning import TUNING_FIELDS
 from symbolic.casadi_functions import named_function
 
-MONITOR = ("rise", "fall", "squares", "samples")
-"""Cumulative sums for a rise and a fall of mu, then q and w of the consistency; 0 at the start."""
+MONITOR = ("rise", "fall", "squares", "samples", "lag")
+"""Cumulative sums for a rise and a fall of mu, then q and w of the consistency, and l; 0 at the start."""
 CHANGE = 0.5
 """Change of ln mu that is looked for [1]."""
 FORGETTING_SAMPLES = 20.0
@@ -40,16 +48,18 @@ MAX_NORMALISED_SQUARE = 25.0
 def build_innovation_monitor(change: float = CHANGE) -> ca.Function:
     """One sample of the monitor, which looks for a change of ln mu [1].
 
-    (innovation, slope, variance, independent, accepted, monitor, tuning) -> (alarm, inconsistent,
-    monitor_next). slope is that of the measurement by ln mu, variance the one of the innovation,
-    independent as in `Measurement`, 0 where the measurement is missing; accepted, alarm and
-    inconsistent are 0 or 1.
+    (innovation, slope, variance, independent, accepted, correction, learnt, monitor, tuning) -> (alarm,
+    inconsistent, monitor_next). slope is that of the measurement by ln mu, variance the one of the
+    innovation, independent as in `Measurement`, 0 where the measurement is missing; accepted, alarm and
+    inconsistent are 0 or 1; correction is that of ln mu, learnt the share of its variance that goes.
     """
     inputs = symbols(
-        ca.SX, innovation=1, slope=1, variance=1, independent=1, accepted=1, monitor=len(MONITOR),
-        tuning=len(TUNING_FIELDS),
+        ca.SX, innovation=1, slope=1, variance=1, independent=1, accepted=1, correction=1, learnt=1,
+        monitor=len(MONITOR), tuning=len(TUNING_FIELDS),
     )  # fmt: skip
-    innovation, slope, variance, independent, accepted, monitor, tuning = inputs.values()
+    innovation, slope, variance, independent, accepted, correction, learnt, monitor, tuning = (
+        inputs.values()
+    )
     past, limits = named(MONITOR, monitor), named(TUNING_FIELDS, tuning)
     share, shift = accepted * independent, change * slope
     scale = share / (variance * (1 + ca.fmax(0, past["squares"] - past["samples"]) / FORGETTING_SAMPLES))
@@ -67,10 +77,11 @@ def build_innovation_monitor(change: float = CHANGE) -> ca.Function:
     samples = older * past["samples"] + share
     inconsistent = ca.logic_and(samples >= MIN_SAMPLES, squares > limits["explained"] * samples)
     quiet = ca.logic_not(alarm)
+    lag = (1 - learnt) * past["lag"] + correction
     outputs = {
         "alarm": alarm,
         "inconsistent": inconsistent,
-        "monitor_next": ca.vertcat(*(quiet * each for each in sums), squares, samples),
+        "monitor_next": ca.vertcat(*(quiet * each for each in sums), squares, samples, quiet * lag),
     }
     return named_function("monitor", inputs, outputs)
 

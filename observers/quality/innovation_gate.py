@@ -14,7 +14,7 @@ from functools import cache
 import casadi as ca
 
 from observers.layout import Expression, named, outputs_of, symbols, symbols_like
-from observers.measurement.directional_friction import OTHER
+from observers.measurement.directional_friction import EXCHANGED, OTHER
 from observers.measurement.linearisation import build_linearised_measurement, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.measurement.torque_error import JITTER
@@ -73,8 +73,9 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
     gate, or a reset; reset: the ground has changed; run, samples in a row beyond the gate, this one
     included, 1 at an alarm of the monitor, which is a reset too; counts_next as `COUNTS`; inconsistent:
     the model does not explain the torque; untested: too few independent samples to say so; evidence:
-    log-likelihood ratio of a change that is no alarm yet; monitor_next as `change_monitor_fields`. What
-    is a question is answered by 0 or 1.
+    log-likelihood ratio of a change that is no alarm yet; lag of ln mu behind friction that changes
+    steadily, as the innovations tell it; monitor_next as `change_monitor_fields`. What is a question is
+    answered by 0 or 1.
     """
     measurement = build_linearised_measurement(measurement_model)
     n = len(measurement_model.states)
@@ -96,19 +97,25 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
     variance = innovation_variance(H_P_H, weight, huber_scale)
     at, monitor = state_index(measurement_model), inputs["monitor"]
     share, quiet = independent * ca.logic_not(missing), accepted * ca.logic_not(reset)
+    # An outlier is one to the estimate; to the reference, a change would be one.
+    weight_left = weight * accepted * huber_weight(innovation, huber_scale, H_P_H)
+    along = ca.dot(inputs["P"][:, at], H)
+    gain = along * weight_left / (1 + H_P_H * weight_left)
     alarm, inconsistent, monitor_next = build_innovation_monitor(change)(
-        innovation, H[at], variance, share, quiet, monitor[: len(MONITOR)], tuning
-    )
+        innovation, H[at], variance, share, quiet, ca.logic_not(reset) * gain * innovation,
+        ca.fmax(reset, gain * along / inputs["P"][at, at]), monitor[: len(MONITOR)], tuning,
+    )  # fmt: skip
     if OTHER in measurement_model.states:
         kept = predict_reference(monitor[len(MONITOR) :], x[at], inputs["P"][at, at], now)
         about = innovation + H[at] * (x[at] - kept["reference"])
-        # An outlier is one to the estimate; to the reference, a change would be one.
-        weight = weight * accepted * huber_weight(innovation, huber_scale, H_P_H)
-        kept = update_change_statistic(kept, about, H[at], weight, share * accepted)
+        kept = update_change_statistic(kept, about, H[at], weight_left, share * accepted)
         turns = now[CLEAN.index("travel")] > AT_REST * interval
         alarm = ca.logic_or(alarm, ca.logic_and(turns, has_changed(kept, tuning)))
         sums = ca.logic_not(ca.logic_or(alarm, reset)) * monitor_next[:2]
         monitor_next = ca.vertcat(sums, monitor_next[2:], reset_reference(kept, reset + alarm))
+        # That of the other direction begins anew.
+        lag = MONITOR.index("lag")
+        monitor_next[lag] *= ca.logic_not(now[CLEAN.index(EXCHANGED)])
     counts_next[COUNTS.index("resets")] += alarm
     results |= {
         "H_P_H": H_P_H,
@@ -121,6 +128,7 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
         "inconsistent": inconsistent,
         "untested": monitor_next[MONITOR.index("samples")] < MIN_SAMPLES,
         "evidence": ca.fmax(monitor_next[0], monitor_next[1]),
+        "lag": monitor_next[MONITOR.index("lag")],
         "monitor_next": monitor_next,
     }
     return named_function("innovation", inputs, results)

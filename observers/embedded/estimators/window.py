@@ -43,7 +43,7 @@ from observers.tuning import TUNING_FIELDS
 
 TORQUES = ("M_Z", "BY_MU", "BY_STIFFNESS", "BY_ANGLE")
 """Order of a torque in C, see `templates/patches/torque_places.c`."""
-TEST = ("accepted", "reset", "run", "missing", "expected", "nis", "inconsistent")
+TEST = ("accepted", "reset", "run", "missing", "expected", "nis", "inconsistent", "lag")
 """Result of the test of the newest innovation, see `test_outputs`."""
 STATE = """\
     {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}];
