@@ -3,16 +3,19 @@
     python benchmarks/ground_changes.py
 
 prints how long an estimate stays usable and wrong after a change while a hand turns the wheel, and when
-it is usable and right again: default tuning and tolerances, k of the truth drawn within its own.
+it is usable and right again: default tuning and tolerances, k of the truth drawn within its own. With
+`--steady` friction rises or falls all the time, by the same share a second.
 """
 
+import argparse
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from benchmarks.ice import OFF, RIG, K
-from observers import PROFILES, AligningTorque, Ekf, Estimates, Status, SteeringTorque, run
+from observers import PROFILES, AligningTorque, Ekf, Estimates, Mhe, Status, SteeringTorque, run, smooth
 from reference_rig import (
     GroundRecording,
     RigTyre,
@@ -22,6 +25,7 @@ from reference_rig import (
     make_steering_recording,
 )
 from symbolic import Model
+from symbolic.float_array import Array
 from tests.observers.conftest import make
 from tests.observers.factories import columns_of
 from tests.observers.monte_carlo import drawn
@@ -37,6 +41,12 @@ BY_HAND = (
 """Friction before and after a change under a wheel that a hand turns [1]."""
 STEERED = ((0.8, 0.3), (0.8, 0.5), (0.8, 0.6), (0.08, 0.05), (0.3, 0.8))
 """The same where the steering torque is measured."""
+STEADY = ((0.5, 15.0), (2.0, 15.0), (0.5, 30.0), (2.0, 30.0), (0.5, 60.0), (2.0, 60.0))
+"""Friction at the end over that at the start [1], and time between [s]."""
+STEADILY = ("exact", "drawn", "changing_ground", "noise", "mhe", "smooth", "M")
+"""Rig as declared; k, half-length, caster and load drawn from their tolerances, as in all that follow: the
+tuning, the sensor's noise declared as it is, the observer, and the steering torque."""
+STEADY_RUNS = 40
 HAND_RUNS, HAND_LENGTH, FIRST_SEED = {"M_z": 200, "M": 60}, 20.0, 680_000
 """Recordings of each, their length [s] and the first seed; smaller ones were used to choose."""
 
@@ -105,6 +115,52 @@ def _after_change(made: GroundRecording, found: Estimates, late: int) -> tuple[f
     return float(np.count_nonzero(wrong) * np.mean(np.diff(made.t))), float(steps[wrong].sum()), again
 
 
+def steadily(factor: float, seconds: float, how: str) -> None:
+    """A line for friction that changes by a factor within some seconds."""
+    with ProcessPoolExecutor() as pool:
+        seeds = range(FIRST_SEED, FIRST_SEED + STEADY_RUNS)
+        found = list(pool.map(partial(_run_steadily, factor, seconds, how), seeds, chunksize=4))
+    wrong, most, usable, band = np.array(found).T
+    print(
+        f"{how}, x {factor} in {seconds:.0f} s: {sum(wrong > 0.01)} of {len(found)} wrong, at most"
+        f" {100 * wrong.max():.0f} % of a run and {np.nanmax(most):.1f} deviations; usable"
+        f" {100 * usable.mean():.0f} %, median deviation {100 * np.nanmedian(band):.1f} %",
+        flush=True,
+    )
+
+
+def _run_steadily(
+    factor: float, seconds: float, how: str, seed: int
+) -> tuple[float, float, float, float]:
+    """Share usable and wrong, most deviations usable, share usable, median deviation there [1]."""
+    rng = np.random.default_rng([seed, 5])
+    mu = float(np.exp(rng.uniform(*np.log([0.03, 1.5]))))
+    off = {name: (how != "exact") * rng.uniform(-by, by) for name, by in OFF.items()}
+    tyre = RigTyre(a=RIG.a + off["a"], e=RIG.e + off["e"], k=K * (1 + off["k"]), mu=mu)
+
+    def friction(t: Array) -> Array:
+        return mu * factor ** (t / seconds)
+
+    if how == "M":
+        made = make_steering_recording(seed, friction, tyre=tyre, duration=seconds, rate=500.0)
+    else:
+        made = make_ground_recording(seed, friction, tyre=tyre, duration=seconds)
+    rig = replace(RIG, noise=0.004 * float(np.ptp(made.M_z_true))) if how == "noise" else RIG
+    tuning = PROFILES["changing_ground" if how == "changing_ground" else "real_tyre"]
+    sensing = SteeringTorque() if how == "M" else AligningTorque()
+    kind = Mhe if how == "mhe" else Ekf
+    observer = kind(model=Model(), values={"k": K}, rig=rig, measurement_model=sensing, tuning=tuning)
+    columns = columns_of(made)
+    columns["F_N"] = columns["F_N"] * (1 + off["load"])
+    found = (smooth if how == "smooth" else run)(observer, **columns)
+    off_by = np.abs(found.mu_eff - made.mu_true) / found.mu_eff_std
+    usable, relative = found.usable, found.mu_eff_std / found.mu_eff
+    most, band = (
+        (off_by[usable].max(), np.median(relative[usable])) if usable.any() else (np.nan, np.nan)
+    )
+    return float(np.mean(usable & (off_by > 3))), float(most), float(usable.mean()), float(band)
+
+
 def false_alarms(tuning: str, seconds: int) -> None:
     """Alarms and flags on ground that stays, friction drawn from the prior."""
     observer = make(Ekf, **vars(PROFILES[tuning]))
@@ -118,6 +174,13 @@ def false_alarms(tuning: str, seconds: int) -> None:
 
 
 if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--steady", action="store_true")
+    if parser.parse_args().steady:
+        for how in STEADILY:
+            for change in STEADY:
+                steadily(*change, how)
+        raise SystemExit
     for pair in BY_HAND:
         by_hand(*pair)
     for pair in STEERED:
