@@ -3,14 +3,11 @@
 `build_step_with_acquisition` puts both around the step of any `ModelObserver`, which does not know it.
 
 - While friction is acquired, `observers.quality.acquisition` rules: its ln mu and M_0 replace those of
-  the estimator after every sample, and the status has `Status.ACQUIRING`. A torque that grows with the
-  angle otherwise than the tolerances of k, half-length and load allow gives `Status.SUSPECT`, and
-  friction is not handed over. A change of the ground (`Status.RESET`) begins another acquisition.
+  the estimator after every sample. A change of the ground (`Status.RESET`) begins another acquisition.
 - After the handover the aligning torque is divided by s, the stiffness over the declared one, and the
   results are multiplied by it: the torque of the patch is homogeneous in (mu, k).
 - What s is off by is k's error or the torque's, which nothing tells apart: it widens the band. The
   search goes on, to know s better, until friction is confirmed or the model is doubted.
-- The consistency of the innovations is judged by `observers.quality.tracking_consistency`.
 """
 
 from functools import cache
