@@ -74,9 +74,8 @@ class EmbeddedCode:
 def embedded_code(functions: Sequence[ca.Function], real: Real, prefix: str) -> EmbeddedCode:
     """C99 of Functions of unique names in one type; the names of helpers begin with the prefix.
 
-    Raises:
-        InvalidInputError: a constant is beyond the type.
-        BrushgripError: CasADi writes what is not known here.
+    A constant beyond the type is an InvalidInputError, what is not known here of CasADi a
+    BrushgripError.
     """
     text = resolve_conditions(casadi_text(functions, real, prefix))
     names = frozenset(function.name() for function in functions)

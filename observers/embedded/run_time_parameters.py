@@ -93,9 +93,8 @@ class RunTimeParameter:
 def run_time_parameters(observer: FunctionObserver, tunable: Tunable) -> tuple[RunTimeParameter, ...]:
     """The parameters of an observer that C takes at run time.
 
-    Raises:
-        InvalidInputError: the observer is no `Ekf` and no `Mhe`; a name of an effect cannot be one in
-            C, or two parameters have the same.
+    Refused are an observer that is no `Ekf` and no `Mhe`, a name of an effect that cannot be one in C,
+    and two parameters of one name.
     """
     if not isinstance(observer, ModelObserver):
         raise InvalidInputError(

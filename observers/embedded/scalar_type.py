@@ -84,11 +84,7 @@ DOUBLE = Real(
 
 
 def code_in_type(code: str, real: Real) -> str:
-    """C in which every real literal and every function of math.h is of one type.
-
-    Raises:
-        InvalidInputError: a constant is beyond the type.
-    """
+    """C with its real literals and functions of math.h in one type; a constant beyond it is refused."""
     return "".join(_typed(kind, token, real) for kind, token in tokens(code))
 
 

@@ -205,11 +205,7 @@ class Swing(NamedTuple):
 
 
 def swing_family(limits: SteeringLimits, *, coarse: bool = False) -> list[Swing]:
-    """The paths of the family that begin within limits; narrower ones begin with some of them.
-
-    Raises:
-        InvalidInputError: no rate of the family is within the limits.
-    """
+    """The paths of the family that begin within limits, or refused; narrower ones begin with some."""
     fastest = min(limits.rate, limits.acceleration * RAMP)
     rates = [2.0**i for i in range(floor(log2(fastest)), ceil(log2(limits.slowest)) - 1, -1)]
     if not rates:

@@ -83,11 +83,7 @@ def jacking_torque(vehicle: Vehicle, psi: Expression) -> Expression:
 
 
 def inclination_of_return(vehicle: Vehicle, factor: float) -> float:
-    """The inclination that gives this multiple of the declared return torque [rad].
-
-    Raises:
-        InvalidInputError: no inclination in its range does.
-    """
+    """The inclination with this multiple of the declared return torque [rad]; refused where none has."""
     from scipy.optimize import brentq
 
     angle = OF_LOCK * lock_angle(vehicle)
