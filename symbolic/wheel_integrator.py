@@ -219,4 +219,4 @@ def branch_torques(psi: Array, branches: Array, patch: Array) -> Array:
     angle, branch = ca.SX.sym("angle"), ca.SX.sym("branch", 3)
     M_z = branch_torque(angle, branch, *patch.tolist())
     torques = ca.Function("branch_torque", [angle, branch], [M_z]).map(len(psi))
-    return torques(psi.reshape(1, -1), branches.T).full().ravel()
+    return np.asarray(torques(psi.reshape(1, -1), branches.T)).ravel()
