@@ -17,8 +17,7 @@ from observers.patch.patch_protocol import EQUIVALENT
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch
 from observers.quality.acquisition_and_tracking import build_step_with_acquisition, supervision_layout
 from observers.quality.equivalent_patch import equivalent_patch
-from observers.quality.tuning_from_tolerances import tuning_with_tolerances
-from observers.tuning import PLAUSIBLE, TUNING_FIELDS, Tuning, require_whole
+from observers.tuning import PLAUSIBLE, TUNING_FIELDS, Tuning, require_whole, tuning_with_tolerances
 from symbolic import InvalidInputError, Model, Rig
 from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO
 from symbolic.effects.base import parameter_name
@@ -178,7 +177,7 @@ class ModelObserver(CasadiObserver):
 
     @property
     def effective_tuning(self) -> Tuning:
-        """The tuning with what tolerances add to it, see `observers.quality.tuning_from_tolerances`."""
+        """The tuning with what tolerances add to it, see `observers.tuning`."""
         return tuning_with_tolerances(self.tuning, self.rig, self.values["k"])
 
     @cached_property
