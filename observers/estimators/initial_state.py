@@ -8,8 +8,12 @@ from observers.layout import Layout, named, symbols, vector_of
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.measurement.torque_error import is_known, share_of_full_slide
-from observers.patch.effective_friction import output_vector
-from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_theta_rig_tuning
+from observers.patch.patch_protocol import (
+    PatchModel,
+    observer_constants_size,
+    output_vector,
+    split_theta_rig_tuning,
+)
 from observers.patch.update import tyre_states
 from observers.protocol import SAMPLE
 from observers.quality.acquisition_and_tracking import initial_supervision

@@ -20,7 +20,7 @@ from observers.measurement.linearisation import (
     state_index,
 )
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
-from observers.patch.effective_friction import build_effective_friction
+from observers.patch.patch_protocol import build_effective_friction
 from observers.patch.update import reset_retention, sensitivity_retention, signals_with_states
 from observers.protocol import SAMPLE
 from observers.quality.innovation_alarms import log_mu_variance_between_grounds
