@@ -231,9 +231,8 @@ def _casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any
     pair = (observer.initial_function, observer.step_function)
     code = embedded_code(pair, real, f"{terms['name']}_core")
     size, reals, integers = observer.layout.size, max(code.w, 1), max(code.iw, 1)
-    calls = {
-        "arg": code.arg, "res": code.res, "initial": pair[0].name(), "step": pair[1].name(),
-    }  # fmt: skip
+    initial, step = (function.name() for function in pair)
+    calls = {"arg": code.arg, "res": code.res, "initial": initial, "step": step}
     return ObserverBody(
         core=with_meanings(code.text),
         stepping=render("stepping.c", {**terms, **calls}),

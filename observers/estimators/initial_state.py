@@ -22,9 +22,6 @@ from observers.udu import symbolic_covariance_from_udu
 from symbolic import GEOMETRY, SIGNALS, full_slide_torque
 from symbolic.casadi_functions import named_function
 
-POINT = {"log_mu": "mu"}
-"""Field of the tuning that a state of the tyre is linearised at; 1 for k over its nominal value."""
-
 
 @cache
 def build_initial_state(
@@ -45,7 +42,7 @@ def build_initial_state(
     prior = measurement_model.prior(tuning, first, slide)
     states = measurement_model.states
     mean, variance = (ca.vertcat(*(prior[name][i] for name in states)) for i in range(2))
-    point = [tuning[POINT[name]] if name in POINT else 1 for name in tyre_states(measurement_model)]
+    point = [tuning["mu"] if name == "log_mu" else 1 for name in tyre_states(measurement_model)]
     last, P = _values_at_rest(CLEAN, first), ca.diag(variance)
     factor = P
     if OTHER in states:

@@ -206,6 +206,6 @@ def _update_acceptance(samples: ca.MX, test: ca.MX, variance: ca.MX) -> ca.MX:
     """The samples of the window after the newest one's test, see `build_acceptance_update`."""
     window, ages = samples.shape[1], ca.DM(range(samples.shape[1] - 1, -1, -1)).T
     rows = (samples[ROWS.index("accepted"), :], samples[ROWS.index("jump"), :])
-    acceptance = build_acceptance_update().map(window) if window > 1 else build_acceptance_update()
     constant = [ca.repmat(vector, 1, window) for vector in (test, variance)]
-    return ca.vertcat(samples[: len(CLEAN), :], *acceptance(*rows, ages, *constant))
+    acceptance = build_acceptance_update().map(window)(*rows, ages, *constant)
+    return ca.vertcat(samples[: len(CLEAN), :], *acceptance)
