@@ -81,7 +81,6 @@ class WheelStepper:
 
 @cache
 def _step_function() -> ca.Function:
-    """One step of Dormand and Prince as a compiled Function."""
     # Here, not above: scipy takes as long to load as all the rest, and few who load this move a wheel.
     from scipy.integrate import RK45
 

@@ -161,7 +161,6 @@ def _weaker_direction(observer: FunctionObserver, real: Real, tunable: Tunable) 
 
 
 def _placeholders(observer: FunctionObserver, real: Real, name: str, tunable: Tunable) -> dict[str, Any]:
-    """The values that all templates share."""
     prior = observer.prior
     changed: dict[str, Any] = {"parameters": (), "constants_size": 0}
     if tunable:

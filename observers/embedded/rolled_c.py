@@ -81,7 +81,6 @@ class LoopWriter:
         return "\n".join([*self.tables, *arrays, "    int32_t i;", *self.lines, *written])
 
     def _arrays(self, used: Sequence[Value]) -> list[str]:
-        """Declarations of the stored vectors."""
         stored = [value for value in used if value.stored]
         for value in stored:
             value.text = f"{self._name()}[{{i}}]"

@@ -128,7 +128,6 @@ def _of_model(observer: ModelObserver) -> Iterator[RunTimeParameter]:
 
 
 def _of_rig(observer: ModelObserver) -> Iterator[RunTimeParameter]:
-    """Those of the rig that it has."""
     begin = len(observer.model.parameters)
     for place, (name, unit) in enumerate(zip(RIG, RIG_UNITS, strict=True), start=begin):
         if (value := getattr(observer.rig, name)) is not None:
@@ -140,7 +139,6 @@ def _of_rig(observer: ModelObserver) -> Iterator[RunTimeParameter]:
 
 
 def _of_tuning(observer: ModelObserver) -> Iterator[RunTimeParameter]:
-    """Every field of the tuning."""
     meaning = meanings()
     for place, name in enumerate(TUNING_FIELDS, start=len(observer.model.parameters) + len(RIG)):
         positive = name in (*POSITIVE, "mu", "greatest")

@@ -98,10 +98,9 @@ def mhe_layout(model: PatchModel, measurement_model: MeasurementModel, window: i
 
 @cache
 def build_window_smoother(measurement_model: MeasurementModel, window: int) -> ca.Function:
-    """One Gauss-Newton step about x: minimiser over the window, covariance of its newest state.
+    """One Gauss-Newton step about x (n, N): minimiser over the window, covariance of its newest state.
 
-    (mean, factor, x, M_z, slopes, samples, rig, tuning) -> (x_next, P_newest); inputs of all samples in
-    columns, x (n, N).
+    Inputs of all samples are in columns.
     """
     forward, backward = build_filter_step(measurement_model), build_smoother_step(measurement_model)
     n = len(measurement_model.states)

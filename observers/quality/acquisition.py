@@ -100,13 +100,12 @@ DECLARED_PATCH = EquivalentPatch()
 
 @cache
 def build_hypothesis_search_step(gear: bool = False) -> ca.Function:
-    """One torque while friction is acquired; with a gear, dry is a further input.
+    """One torque while friction is acquired: weighed, or the verdict is given, in turn, phase 0 and 1.
 
-    (search, verdict, phase, beside, psi, F_N, loads, M_z, added, tyre, limits) -> (search, verdict,
-    share, counted). loads (2,) are those at the present rate and at rest [N], tyre is k, a and e; M_z
-    [N m] is NaN where nothing is measured; added is the variance of the way to it [N^2 m^2]; counted is
-    1 where the torque was weighed. Torques are weighed and the verdict is given in turn, phase 0 and 1:
-    half the work a sample. Hypotheses beside the likeliest, so many to each side, are weighed.
+    So a sample takes half the work. loads (2,) are those at the present rate and at rest [N], tyre is k,
+    a and e; M_z [N m] is NaN where nothing is measured; added is the variance of the way to it [N^2
+    m^2]; with a gear, dry is a further input; counted is 1 where the torque was weighed. Hypotheses
+    beside the likeliest, so many to each side, are weighed.
     """
     inputs = symbols(
         ca.MX, search=search_layout(gear).size, verdict=len(VERDICT), phase=1, beside=1, psi=1, F_N=1,
@@ -154,12 +153,10 @@ def build_hypothesis_search_step(gear: bool = False) -> ca.Function:
 def build_acquisition_decision(
     patch: EquivalentPatch, measurement_model: MeasurementModel
 ) -> ca.Function:
-    """A sample while friction is acquired.
+    """A sample while friction is acquired; the handover is in the order of `handover_names`.
 
-    (own, verdict, output, widest, turns, counted, share, M_z, added, tyre, limits, friction) -> (own,
-    handover, output), the second in the order of `handover_names`; turns is the number of turning points
-    in use, counted 1 where a torque was weighed, share what it is worth; friction is the patch's; M_z
-    and added are as for `build_hypothesis_search_step`.
+    turns is the number of turning points in use, counted 1 where a torque was weighed, share what it is
+    worth; friction is the patch's; M_z and added are as for `build_hypothesis_search_step`.
     """
     is_scaled, states = bool(measurement_model.scaled), states_handed_over(measurement_model.states)
     inputs = symbols(

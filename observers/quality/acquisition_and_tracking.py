@@ -150,7 +150,7 @@ def build_step_with_acquisition(
     step: ca.Function, model: Model, measurement_model: MeasurementModel, parts: Layout,
     patch: EquivalentPatch,
 ) -> ca.Function:  # fmt: skip
-    """The step of an estimator, (state, sample, constants) -> (state_next, output), supervised.
+    """The step of an estimator, supervised.
 
     Its state has the parts of the estimator, on which `step` works, and those of `supervision_layout`.
     The numbers of the declared patch that stands for the model are among the constants.

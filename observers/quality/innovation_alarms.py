@@ -40,10 +40,8 @@ MAX_NORMALISED_SQUARE = 25.0
 def build_innovation_monitor(change: float = CHANGE) -> ca.Function:
     """One sample of the monitor, which looks for a change of ln mu [1].
 
-    (innovation, slope, variance, independent, accepted, monitor, tuning) -> (alarm, inconsistent,
-    monitor_next). slope is that of the measurement by ln mu, variance the one of the innovation,
-    independent as in `Measurement`, 0 where the measurement is missing; accepted, alarm and
-    inconsistent are 0 or 1.
+    slope is that of the measurement by ln mu, variance the one of the innovation, independent as in
+    `Measurement`, 0 where the measurement is missing; accepted, alarm and inconsistent are 0 or 1.
     """
     inputs = symbols(
         ca.SX, innovation=1, slope=1, variance=1, independent=1, accepted=1, monitor=len(MONITOR),

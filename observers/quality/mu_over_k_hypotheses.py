@@ -165,9 +165,9 @@ def build_hypothesis_search_restart(gear: bool = False) -> ca.Function:
 def build_torque_error() -> ca.Function:
     """Size of a torque less its noise, variance of its error, and the squares that noise explains.
 
-    (M_z, F_N, a, added, reach, share, error) -> (size, variance, noisy): torque [N m], load [N], half-
-    length [m]; variance of the torque's noise [N^2 m^2]; greatest torque so far [N m]; share of
-    an independent sample; model's error as a share of the torque [1].
+    M_z and the greatest torque so far, reach, are in N m, the load in N, a in m, the variance added of
+    the torque's noise in N^2 m^2; share is of an independent sample, error the model's as a share of the
+    torque [1].
     """
     inputs = symbols(ca.SX, M_z=1, F_N=1, a=1, added=1, reach=1, share=1, error=1)
     M_z, F_N, a, added, reach, share, error = inputs.values()
