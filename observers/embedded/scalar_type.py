@@ -2,8 +2,7 @@
 
 CasADi writes constants as doubles and calls sqrt, not sqrtf, whatever `casadi_real` is; on a target with
 a single-precision unit every step would then run through emulated double arithmetic. The templates are
-written for double as well. `code_in_type` adds the type's suffix to every real literal and to every
-function of math.h, token by token.
+written for double as well.
 """
 
 import re
