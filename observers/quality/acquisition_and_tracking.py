@@ -18,10 +18,10 @@ import casadi as ca
 from observers.layout import Expression, Layout, Parts, named, symbols_like, vector_of
 from observers.measurement.measurement_model import (
     MAX_ZERO_DEVIATIONS,
-    MIN_LOAD_SHARE,
     RIG,
     MeasurementModel,
     has_gear_friction,
+    impute_load,
 )
 from observers.measurement.torque_error import is_known, share_of_full_slide
 from observers.patch.patch_protocol import EQUIVALENT, split_theta_rig_tuning
@@ -166,7 +166,7 @@ def build_step_with_acquisition(
     tyre = ca.vertcat(theta[model.coordinates.index("k")] * stiffness, rig[0], rig[1])
     given = ca.vertcat(*(now[n] / own["scale"] if n == scaled else now[n] for n in SAMPLE))
     after, output = step(state[: parts.size], given, inputs["constants"])
-    (own["F_N"], lifted), names = _load(now["F_N"], own), measurement_model.torque_state
+    (own["F_N"], _, lifted), names = impute_load(now, own), measurement_model.torque_state
     last = named(names, before["block"]) if names else {}
     sensed = {**now, "M_z": ca.if_else(lifted, float("nan"), now["M_z"])}
     block, psi, M_z, added = measurement_model.observed_torque(last, sensed, rig, tuning)
@@ -278,10 +278,3 @@ def _known_before(
     # zero far: it keeps its range.
     scale_std = ca.if_else(tracked, (moved if scaled else 1) * RESTART_STD, VAGUE)
     return scale, scale_std, ca.fmax(-most, ca.fmin(most, zero)), moved * zero_std
-
-
-def _load(F_N: Expression, own: Parts) -> tuple[Expression, Expression]:
-    """The last load of a wheel on the ground [N], and whether the wheel is lifted."""
-    loaded = ca.logic_and(is_known(F_N), MIN_LOAD_SHARE * own["F_N_first"] <= F_N)
-    lifted = ca.logic_and(is_known(F_N), ca.logic_not(loaded))
-    return ca.if_else(loaded, F_N, own["F_N"]), lifted

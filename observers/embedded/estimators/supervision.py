@@ -20,7 +20,7 @@ from observers.embedded.scalar_expansion import (
 from observers.embedded.scalar_type import Real
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named, symbols, vector_of
-from observers.measurement.measurement_model import CLEAN, RIG, has_gear_friction
+from observers.measurement.measurement_model import CLEAN, MIN_LOAD_SHARE, RIG, has_gear_friction
 from observers.protocol import OUTPUT, SAMPLE
 from observers.quality import (
     acquisition,
@@ -183,7 +183,7 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         "added_torque": build_added_torque(observer.model) is not None,
         "contact": build_equivalent_contact(observer.model) is not None,
         "has_gap": build_patch_angle(observer.model) is not None,
-        "gear_spread": repr(float(model.gear_spread)),
+        "gear_spread": repr(float(model.gear_spread)), "least_load": MIN_LOAD_SHARE,
         "interval": f"{terms['newest_last']}[{CLEAN.index('interval')}]",
         "dry": f"{terms['newest_last']}[{CLEAN.index('dry')}]",
         "dry_std": f"{terms['newest_last']}[{CLEAN.index('dry_std')}]",
