@@ -24,9 +24,9 @@ from observers.quality.hypotheses_verdict import (
 from observers.quality.hysteresis_branches import (
     START,
     TRACK,
-    build_relative_mu_sensitivity,
     build_track_update,
     loads_of_branches,
+    relative_mu_sensitivity,
 )
 from observers.quality.mu_over_k_hypotheses import (
     MAX_MODEL_ERROR,
@@ -167,8 +167,8 @@ def build_acquisition_decision(
     verdict, output = named(VERDICT, inputs["verdict"]), named(OUTPUT, inputs["output"])
     error = ca.fmin(limits["error"], MAX_MODEL_ERROR) ** 2
     # A model's error does not average out: where mu moves the torque little, it moves mu much.
-    given = (inputs["widest"], verdict["log_ratio"], own["load"], inputs["tyre"])
-    by_error = error / build_relative_mu_sensitivity()(*given) ** 2
+    given = (inputs["widest"], ca.exp(verdict["log_ratio"]), own["load"], inputs["tyre"])
+    by_error = error / relative_mu_sensitivity(*given) ** 2
     sample = {"M_z": inputs["M_z"], "added": inputs["added"], "error": error}
     told = (own, verdict, output, limits, sample, verdict["variance"] + by_error)
     zero, gear = is_scaled * verdict["zero"], "gear" in states

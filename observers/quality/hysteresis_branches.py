@@ -240,17 +240,12 @@ def build_branch_torque() -> ca.Function:
     return named_function("branch", inputs, {"M": M}, cse=True)
 
 
-@cache
-def build_relative_mu_sensitivity() -> ca.Function:
-    """Relative change of a virgin turn's torque by that of mu: (turn, log_ratio, F_N, tyre) -> share.
-
-    0 in full stick, 1 in full slide.
-    """
-    inputs = symbols(ca.SX, turn=1, log_ratio=1, F_N=1, tyre=3)
-    turn, log_ratio, F_N, tyre = inputs.values()
-    moment, by_mu = _moment(turn, ca.exp(log_ratio), F_N, tyre)
-    outputs = {"share": ca.fmin(ca.fmax(by_mu / moment, MIN_SENSITIVITY), 1)}
-    return named_function("sensitivity", inputs, outputs, cse=True)
+def relative_mu_sensitivity(
+    turn: Expression, mu: Expression, F_N: Expression, tyre: Expression
+) -> Expression:
+    """Relative change of a virgin turn's torque by that of mu: 0 in full stick, 1 in full slide."""
+    moment, by_mu = _moment(turn, mu, F_N, tyre)
+    return ca.fmin(ca.fmax(by_mu / moment, MIN_SENSITIVITY), 1)
 
 
 def torque_by_log_stiffness(
