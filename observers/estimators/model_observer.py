@@ -149,11 +149,7 @@ class ModelObserver(CasadiObserver):
 
     @property
     def weaker(self) -> float:
-        """Share that the weaker direction holds less [1], see `CasadiObserver.weaker`.
-
-        Raises:
-            InvalidInputError: each direction has its own friction, and mu_eff is that of one of them.
-        """
+        """Share that the weaker direction holds less [1]; refused where each has friction of its own."""
         if self._by_direction:
             raise InvalidInputError(
                 "no one share: friction has a state for each direction, and mu_eff is that of the one"

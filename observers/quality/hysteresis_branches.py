@@ -106,10 +106,9 @@ def _counted(after: Parts, counts: Expression, least: Expression) -> tuple[Parts
 def build_track_update() -> ca.Function:
     """All branches after a sample: their turns add up.
 
-    (track, points, psi, torque, size, slack, counts) -> (track, points, turns, share).
     points and turns (POINTS, PATHS) have a column for each path; turns [rad] are those of the branches,
     oldest first, whose torques add up; the first one is virgin. torque is the measured one and size its
-    size less its noise [N m]; the rest as for `build_present_branch_update`.
+    size less its noise [N m]; share and the rest are as for `build_present_branch_update`.
     """
     inputs = symbols(
         ca.SX, track=len(TRACK), points=(POINTS, PATHS), psi=1, torque=1, size=1, slack=1, counts=1
