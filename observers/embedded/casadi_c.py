@@ -74,8 +74,8 @@ class EmbeddedCode:
 def embedded_code(functions: Sequence[ca.Function], real: Real, prefix: str) -> EmbeddedCode:
     """C99 of Functions of unique names in one type; the names of helpers begin with the prefix.
 
-    A constant beyond the type is an InvalidInputError, what is not known here of CasADi a
-    BrushgripError.
+    InvalidInputError where a constant is beyond the type, BrushgripError where CasADi writes what is not
+    known here.
     """
     text = resolve_conditions(casadi_text(functions, real, prefix))
     names = frozenset(function.name() for function in functions)

@@ -89,7 +89,7 @@ def effects_in(module: ModuleType) -> tuple[Effect, ...]:
 
 
 def checked_effects(effects: Iterable[object]) -> tuple[Effect, ...]:
-    """These effects, each with a name that means no other one of the library; errors as `effects_in`."""
+    """These effects, each of a name that means no other of the library; errors as of `effects_in`."""
     checked: dict[str, Effect] = {}
     for effect in effects:
         if not isinstance(effect, Effect):
