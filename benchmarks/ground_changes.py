@@ -44,8 +44,8 @@ STEERED = ((0.8, 0.3), (0.8, 0.5), (0.8, 0.6), (0.08, 0.05), (0.3, 0.8))
 STEADY = ((0.5, 15.0), (2.0, 15.0), (0.5, 30.0), (2.0, 30.0), (0.5, 60.0), (2.0, 60.0))
 """Friction at the end over that at the start [1], and time between [s]."""
 STEADILY = ("exact", "drawn", "changing_ground", "noise", "mhe", "smooth", "M")
-"""Rig as declared; k, half-length, caster and load drawn from their tolerances, as in all that follow: the
-tuning, the sensor's noise declared as it is, the observer, and the steering torque."""
+"""A rig as declared; then k, half-length, caster and load drawn from their tolerances, as in all others:
+another tuning, the sensor's noise declared as it is, the observer, and the steering torque."""
 STEADY_RUNS = 40
 HAND_RUNS, HAND_LENGTH, FIRST_SEED = {"M_z": 200, "M": 60}, 20.0, 680_000
 """Recordings of each, their length [s] and the first seed; smaller ones were used to choose."""

@@ -32,8 +32,7 @@ from observers import (
 )
 from observers.measurement.measurement_model import GAIN_SHARE, MeasurementModel
 from observers.quality.hypotheses_verdict import GAIN_FREE
-from observers.quality.tuning_from_tolerances import tuning_with_tolerances
-from observers.tuning import REFERENCE_STEP
+from observers.tuning import REFERENCE_STEP, tuning_with_tolerances
 from reference_rig import (
     Hand,
     RigTyre,

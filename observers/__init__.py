@@ -1,6 +1,6 @@
 """Observers of the friction coefficient for controllers."""
 
-from observers.estimates import Estimates
+from observers.estimates import Estimates, Innovations, innovations
 from observers.estimators.casadi_observer import CasadiObserver
 from observers.estimators.ekf import Ekf
 from observers.estimators.mhe import Mhe
@@ -34,7 +34,6 @@ from observers.protocol import (
     Status,
 )
 from observers.quality.friction_across_recordings import GroundFriction, ground_friction
-from observers.quality.innovations import Innovations, innovations
 from observers.quality.self_consistency import SelfConsistency, friction_spread, self_consistency
 from observers.quality.wrong_units_or_signs import suspicions_of
 from observers.thesis.root_observer import RootObserver, ZoneRootState

@@ -151,11 +151,7 @@ def deformation_limit(x: ArrayLike, F_N: float, rig: Rig, tyre: Tyre) -> Array:
 
 
 def declared_friction(tyre: Tyre) -> float:
-    """The tyre's mu [1].
-
-    Raises:
-        InvalidInputError: the tyre has none.
-    """
+    """The tyre's mu [1]; refused where it has none."""
     if tyre.mu is None:
         raise InvalidInputError("a simulation needs the tyre's mu, got none")
     return tyre.mu

@@ -188,7 +188,6 @@ class Model:
 
 
 def _symbols(model: Model) -> dict[str, ca.MX]:
-    """Fresh symbols for what a step takes."""
     signals, theta, geometry = model.symbols()
     memory = ca.MX.sym("memory", model.memory_size)
     return {"memory": memory, "signals": signals, "theta": theta, "geometry": geometry}

@@ -203,11 +203,7 @@ class Tyre:
 
 
 def require_positive(name: str, value: float, unit: str = "") -> None:
-    """Check that a value of this name [unit] is a finite number greater than 0.
-
-    Raises:
-        InvalidInputError: it is not; the message begins with the name.
-    """
+    """Refuse a value [unit] that is not finite and greater than 0; the message begins with its name."""
     if not 0 < value < math.inf:
         allowed = f"a finite number greater than 0 {unit}".rstrip()
         raise InvalidInputError(f"{name} must be {allowed}, got {value:g}")

@@ -110,17 +110,10 @@ def _simulated(
 
 
 def memory_at_full_slide(model: Model, signals: Array, theta: Array) -> Array:
-    """The memory after a recording, as far as full slide depends on it; the rest of it is zero.
+    """The memory (memory_size,) after a recording, as far as full slide depends on it; the rest is 0.
 
-    It is what effects on friction count up, such as the travel of `friction_drift`.
-
-    Args:
-        model: the model.
-        signals: rows psi [rad], psi_dot [rad/s], F_N [N], dt [s], shape (4, n).
-        theta: parameter vector in the order of `model.coordinates`, shape (p,).
-
-    Returns:
-        The memory that `Model.full_slide` takes, shape (memory_size,).
+    It is what effects on friction count up, such as the travel of `friction_drift`. Signals (4, n) are
+    as of `simulate`, theta has the shape (p,).
     """
     memory = np.zeros(model.memory_size)
     if not any(

@@ -26,8 +26,6 @@ MAX_STEP_PERIODS = 0.5
 """Longest step in periods of the sticking wheel [1]; no full swing passes within one step."""
 ROUNDING = 1e-12
 """Resolution of the times of events, in shares of the longest step [1]."""
-ANGLES_PER_CALL = 128
-"""Angles in one call of the torque."""
 CONSTANTS = ("F_N", "mu", "k", "a", "e", "J_A", "b_t")
 """Order of the constants of a motion."""
 
@@ -83,7 +81,6 @@ class WheelStepper:
 
 @cache
 def _step_function() -> ca.Function:
-    """One step of Dormand and Prince as a compiled Function."""
     # Here, not above: scipy takes as long to load as all the rest, and few who load this move a wheel.
     from scipy.integrate import RK45
 
@@ -217,28 +214,8 @@ def _crossing_time(stepper: WheelStepper, i: int, goal: float, low: float, high:
 
 
 def branch_torques(psi: Array, branches: Array, patch: Array) -> Array:
-    """M_z at angles (n,) on their branches (n, 3), `ANGLES_PER_CALL` of them in a call."""
-    count = len(psi)
-    padded = np.ones((-(-count // ANGLES_PER_CALL) * ANGLES_PER_CALL, 4))
-    padded[:count, 0], padded[:count, 1:] = psi, branches
-    torque = BufferedCall(_torque_function())
-    torque.inputs[1][:] = patch
-    outputs = []
-    for rows in padded.reshape(-1, 4 * ANGLES_PER_CALL):
-        torque.inputs[0][:] = rows
-        torque.call()
-        outputs.append(torque.outputs[0].copy())
-    return np.concatenate(outputs)[:count]
-
-
-@cache
-def _torque_function() -> ca.Function:
-    """M_z at `ANGLES_PER_CALL` angles, each with its branch."""
-    angle, patch = ca.SX.sym("angle", 4), ca.SX.sym("patch", 5)
-    M_z = branch_torque(angle[0], angle[1:], *ca.vertsplit(patch))
-    single = ca.Function("branch_torque", [angle, patch], [M_z])
-    inputs = ca.MX.sym("inputs", 4, ANGLES_PER_CALL)
-    constants = ca.MX.sym("patch", 5)
-    every = single.map(ANGLES_PER_CALL)(inputs, ca.repmat(constants, 1, ANGLES_PER_CALL))
-    given = {"inputs": inputs, "patch": constants}
-    return compiled(named_function("branch_torques", given, {"M_z": every}))
+    """M_z at angles (n,) on their branches (n, 3), for the constants of the patch (5,)."""
+    angle, branch = ca.SX.sym("angle"), ca.SX.sym("branch", 3)
+    M_z = branch_torque(angle, branch, *patch.tolist())
+    torques = ca.Function("branch_torque", [angle, branch], [M_z]).map(len(psi))
+    return np.asarray(torques(psi.reshape(1, -1), branches.T)).ravel()

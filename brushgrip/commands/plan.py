@@ -103,7 +103,7 @@ class PlanRequest:
         from brushgrip.pictures.plan import draw_plan_and_forecast
         from observers import aligning_torque_for, plan
         from observers.interfaces.factory import read_vehicle_file
-        from observers.planning.noisy_forecast import assumed_noise
+        from observers.planning.forecast import assumed_noise
         from observers.planning.plan_request_check import MUS
 
         limits, target = chosen_limits(self.limit), parse_share(self.target)
@@ -143,7 +143,7 @@ class PlanRequest:
         from brushgrip.estimation.friction_budget import declared_values_in_words
         from brushgrip.outputs.console import print_table, say, show_json
         from brushgrip.outputs.plan_texts import plan_document, rows_by_ground
-        from observers.planning.noisy_forecast import ENOUGH, RUNS
+        from observers.planning.forecast import ENOUGH, RUNS
         from symbolic import BrushgripError
 
         of, unit = ("handwheel, ", "deg") if car else ("", "rad")

@@ -10,7 +10,7 @@ from brushgrip.wording.friction_in_words import last_usable
 from identification import FoundModel, Recording
 from observers import Ekf, Estimates, uncertainty_budget
 from observers.estimates import BAND_STDS
-from observers.quality.tuning_from_tolerances import OF_LOAD, OF_SCALE
+from observers.tuning import OF_LOAD, OF_SCALE
 from symbolic import Vehicle
 from symbolic.vehicle.mean_wheel import friction_uncertainties
 

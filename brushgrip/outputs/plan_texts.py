@@ -10,8 +10,7 @@ from observers import Plan
 from observers.planning.forecast import percent_beside
 from symbolic import Vehicle
 from symbolic.float_array import Array
-from symbolic.vehicle.rack_pinion_ratio import pinion_of_rack
-from symbolic.vehicle.steering import mean_angle
+from symbolic.vehicle.steering import mean_angle, pinion_of_rack
 
 
 def plan_csv(plan: Plan, vehicle: Vehicle | None, F_N: float) -> str:

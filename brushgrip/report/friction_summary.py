@@ -13,7 +13,7 @@ from identification import Diagnosis
 from observers import Status
 from observers.planning.uncertainty_budget import REST, SLOPE
 from observers.quality.friction_across_recordings import kendall_load_test
-from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD, OF_SCALE, OF_TUNING
+from observers.tuning import OF_LENGTHS, OF_LOAD, OF_SCALE, OF_TUNING
 
 IN_PLAIN_WORDS = {
     SLOPE: "that the tyre may be stiffer or softer than its parameters say",

@@ -18,7 +18,7 @@ from brushgrip.wording.friction_in_words import how_to_narrow
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.graded_effects import ASSUMED, UNRECORDED_LOAD
 from observers.quality.self_consistency import BAND_95
-from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD
+from observers.tuning import OF_LENGTHS, OF_LOAD
 
 TOLD = 0.95
 """Of a ± up to which one that is narrower is told."""

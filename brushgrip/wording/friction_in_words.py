@@ -12,7 +12,7 @@ from observers.estimates import BAND_STDS
 from observers.planning.uncertainty_budget import REST, SLOPE
 from observers.protocol import UNCHECKED, uninformed_remedy
 from observers.quality.friction_across_recordings import MIN_RECORDINGS
-from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD, OF_SCALE, OF_TUNING
+from observers.tuning import OF_LENGTHS, OF_LOAD, OF_SCALE, OF_TUNING
 from symbolic import Rig
 from symbolic.float_array import Array
 

@@ -11,8 +11,15 @@ from identification.reading.units import OF_SIZE, UNITS, unit_by_size
 from symbolic import InvalidInputError
 from symbolic.float_array import Array
 from symbolic.signal_plausibility_limits import MAX_RETURNED_WORK
-from symbolic.vehicle.rack_pinion_ratio import pinion_of_rack, rack_of_pinion
-from symbolic.vehicle.steering import jacking_torque, lever, mean_angle, pinion_angle, rack_force
+from symbolic.vehicle.steering import (
+    jacking_torque,
+    lever,
+    mean_angle,
+    pinion_angle,
+    pinion_of_rack,
+    rack_force,
+    rack_of_pinion,
+)
 from symbolic.vehicle.vehicle import Vehicle
 
 MIN_RACK_SPAN = 0.03

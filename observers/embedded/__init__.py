@@ -1,10 +1,9 @@
 """Observers as C99 for embedded targets, as FMUs and as packages of ROS 2 around the same C."""
 
-from observers.embedded.codegen import generate
+from observers.embedded.codegen import generate, generate_ros2
 from observers.embedded.fmu import generate_fmu
 from observers.embedded.generated_files import require_replaceable
 from observers.embedded.native import NativeObserver, compile_native
-from observers.embedded.ros2 import generate_ros2
 from observers.embedded.scalar_expansion import Tunable
 from observers.embedded.scalar_type import DOUBLE, SINGLE, Real
 from observers.embedded.vehicle_code import generate_vehicle

@@ -74,9 +74,8 @@ class EmbeddedCode:
 def embedded_code(functions: Sequence[ca.Function], real: Real, prefix: str) -> EmbeddedCode:
     """C99 of Functions of unique names in one type; the names of helpers begin with the prefix.
 
-    Raises:
-        InvalidInputError: a constant is beyond the type.
-        BrushgripError: CasADi writes what is not known here.
+    InvalidInputError where a constant is beyond the type, BrushgripError where CasADi writes what is not
+    known here.
     """
     text = resolve_conditions(casadi_text(functions, real, prefix))
     names = frozenset(function.name() for function in functions)

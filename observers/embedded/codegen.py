@@ -1,4 +1,4 @@
-"""C99 of an observer for an embedded target.
+"""C99 of an observer for an embedded target, and a package of ROS 2 around it.
 
 CasADi writes the computation from the Functions that run in Python (see `observers.embedded.casadi_c`);
 the public functions around it, on a state of fixed size, are in `templates`. The interface does not
@@ -99,6 +99,27 @@ def generate(
     return write_generated(folder, source_texts(observer, real, name, tunable=tunable)[0])
 
 
+def generate_ros2(
+    observer: FunctionObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip"
+) -> list[Path]:
+    """Write an observer as a package of ROS 2, to be built by colcon.
+
+    The node takes the joint's position [rad], velocity [rad/s] and effort [N m] from `joint_states`, the
+    load [N] from `load` or from a parameter; a message is a sample. It publishes `~/estimate` in the
+    order of `ESTIMATE`, and `~/reset` starts the observer anew. The name is that of package, executable
+    and node; numbers in messages are double. Arguments, the files returned and errors are as for
+    `observers.embedded.generate`.
+    """
+    texts, terms = source_texts(observer, real, name)
+    kept = {file: texts[file] for file in (f"{name}.c", f"{name}.h", f"{name}.hpp", f"{name}.json")}
+    templates = {
+        f"{name}_node.cpp": "ros2_node.cpp", "package.xml": "ros2_package.xml",
+        "CMakeLists.txt": "ros2_CMakeLists.txt",
+    }  # fmt: skip
+    files = kept | {file: render(template, terms) for file, template in templates.items()}
+    return write_generated(folder, files)
+
+
 def source_texts(
     observer: FunctionObserver, real: Real, name: str, *, tunable: Tunable = ""
 ) -> tuple[dict[str, str], dict[str, Any]]:
@@ -161,7 +182,6 @@ def _weaker_direction(observer: FunctionObserver, real: Real, tunable: Tunable) 
 
 
 def _placeholders(observer: FunctionObserver, real: Real, name: str, tunable: Tunable) -> dict[str, Any]:
-    """The values that all templates share."""
     prior = observer.prior
     changed: dict[str, Any] = {"parameters": (), "constants_size": 0}
     if tunable:
@@ -231,9 +251,8 @@ def _casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any
     pair = (observer.initial_function, observer.step_function)
     code = embedded_code(pair, real, f"{terms['name']}_core")
     size, reals, integers = observer.layout.size, max(code.w, 1), max(code.iw, 1)
-    calls = {
-        "arg": code.arg, "res": code.res, "initial": pair[0].name(), "step": pair[1].name(),
-    }  # fmt: skip
+    initial, step = (function.name() for function in pair)
+    calls = {"arg": code.arg, "res": code.res, "initial": initial, "step": step}
     return ObserverBody(
         core=with_meanings(code.text),
         stepping=render("stepping.c", {**terms, **calls}),

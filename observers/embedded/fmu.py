@@ -1,8 +1,7 @@
 """An observer as an FMU: co-simulation by FMI 2.0 or 3.0 around the C that `generate` writes.
 
 A communication step is one sample: it uses the inputs set before it, and the outputs after it are the
-estimate. The archive contains the sources, the model description, the parameters, a page on the
-variables and the library for 64-bit Linux.
+estimate.
 """
 
 import platform

@@ -57,11 +57,7 @@ MATH_H = re.compile(
 
 
 def require_usable(name: str) -> None:
-    """Refuses a name that generated code cannot have.
-
-    Raises:
-        InvalidInputError: it is no name in C, or it is taken.
-    """
+    """Refuse a name that generated code cannot have: none in C, or taken."""
     if not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", name):
         raise InvalidInputError(
             f"name must be a name in C, small letters, digits and _, at most 31, got {name!r}"

@@ -33,10 +33,7 @@ def rolled_c(name: str, function: ca.Function, length: int, real: str, known: Kn
     """A static C function of a Function of `MX` with one output, a column of scalars.
 
     Its matrices have `length` columns, one for each round of its loops; known are elements of inputs
-    that are numbers, by the input's name and their index.
-
-    Raises:
-        BrushgripError: an operation cannot be rolled.
+    that are numbers, by the input's name and their index. What cannot be rolled is a BrushgripError.
     """
     inputs = [ca.MX.sym(function.name_in(i), *function.size_in(i)) for i in range(function.n_in())]
     results = ca.vertsplit(function.call(inputs, True, False)[0])
@@ -84,7 +81,6 @@ class LoopWriter:
         return "\n".join([*self.tables, *arrays, "    int32_t i;", *self.lines, *written])
 
     def _arrays(self, used: Sequence[Value]) -> list[str]:
-        """Declarations of the stored vectors."""
         stored = [value for value in used if value.stored]
         for value in stored:
             value.text = f"{self._name()}[{{i}}]"

@@ -4,7 +4,7 @@ What depends on no input is a number; the choice of an element, `dot(numbers == 
 index, as is the place of a maximum.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import casadi as ca
@@ -121,11 +121,8 @@ def _constant(elements: Array) -> Value:
 
 def _evaluated(code: int, elements: Sequence[Array]) -> Array:
     """An operation on numbers."""
-    numbers = [ca.MX(ca.DM(each)) for each in elements]
-    if len(numbers) == 1:
-        result = ca.MX.unary(code, numbers[0])
-    else:
-        result = ca.MX.binary(code, numbers[0], numbers[1])
+    operation: Callable[..., ca.MX] = ca.MX.unary if len(elements) == 1 else ca.MX.binary
+    result = operation(code, *(ca.MX(ca.DM(each)) for each in elements))
     return np.asarray(ca.evalf(result), float).ravel()
 
 

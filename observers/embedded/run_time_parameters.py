@@ -93,9 +93,8 @@ class RunTimeParameter:
 def run_time_parameters(observer: FunctionObserver, tunable: Tunable) -> tuple[RunTimeParameter, ...]:
     """The parameters of an observer that C takes at run time.
 
-    Raises:
-        InvalidInputError: the observer is no `Ekf` and no `Mhe`; a name of an effect cannot be one in
-            C, or two parameters have the same.
+    Refused are an observer that is no `Ekf` and no `Mhe`, a name of an effect that cannot be one in C,
+    and two parameters of one name.
     """
     if not isinstance(observer, ModelObserver):
         raise InvalidInputError(
@@ -129,7 +128,6 @@ def _of_model(observer: ModelObserver) -> Iterator[RunTimeParameter]:
 
 
 def _of_rig(observer: ModelObserver) -> Iterator[RunTimeParameter]:
-    """Those of the rig that it has."""
     begin = len(observer.model.parameters)
     for place, (name, unit) in enumerate(zip(RIG, RIG_UNITS, strict=True), start=begin):
         if (value := getattr(observer.rig, name)) is not None:
@@ -141,7 +139,6 @@ def _of_rig(observer: ModelObserver) -> Iterator[RunTimeParameter]:
 
 
 def _of_tuning(observer: ModelObserver) -> Iterator[RunTimeParameter]:
-    """Every field of the tuning."""
     meaning = meanings()
     for place, name in enumerate(TUNING_FIELDS, start=len(observer.model.parameters) + len(RIG)):
         positive = name in (*POSITIVE, "mu", "greatest")

@@ -2,8 +2,7 @@
 
 CasADi writes constants as doubles and calls sqrt, not sqrtf, whatever `casadi_real` is; on a target with
 a single-precision unit every step would then run through emulated double arithmetic. The templates are
-written for double as well. `code_in_type` adds the type's suffix to every real literal and to every
-function of math.h, token by token.
+written for double as well.
 """
 
 import re
@@ -84,11 +83,7 @@ DOUBLE = Real(
 
 
 def code_in_type(code: str, real: Real) -> str:
-    """C in which every real literal and every function of math.h is of one type.
-
-    Raises:
-        InvalidInputError: a constant is beyond the type.
-    """
+    """C with its real literals and functions of math.h in one type; a constant beyond it is refused."""
     return "".join(_typed(kind, token, real) for kind, token in tokens(code))
 
 

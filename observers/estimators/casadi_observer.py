@@ -17,7 +17,7 @@ from observers.compiled_step import (
 )
 from observers.layout import Expression, Layout, ObserverState, outputs_of
 from observers.measurement.measurement_model import MIN_FIRST_LOAD
-from observers.patch.effective_friction import build_effective_friction, output_vector
+from observers.patch.patch_protocol import build_effective_friction, output_vector
 from observers.protocol import ESTIMATE, OUTPUT, UNINFORMED, Estimate, Sample, Status, prior_estimate
 from observers.quality.sample_screening import (
     SCREEN,

@@ -93,11 +93,7 @@ def ekf_layout(model: PatchModel, measurement_model: MeasurementModel) -> Layout
 def build_ekf_step(
     model: PatchModel, measurement_model: MeasurementModel, iterations: int, *, commented: bool = False
 ) -> ca.Function:
-    """One sample of the filter: (state, sample, constants) -> (state_next, output).
-
-    With comments what stands between comes before these: predicted_x, predicted_factor, innovation,
-    innovation_variance, accepted, reset.
-    """
+    """One sample of the filter; with comments, what stands between comes before state and output."""
     parts = ekf_layout(model, measurement_model)
     inputs = step_symbols(model, parts)
     before = parts.split(inputs["state"])

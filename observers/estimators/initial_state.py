@@ -8,8 +8,12 @@ from observers.layout import Layout, named, symbols, vector_of
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.measurement.torque_error import is_known, share_of_full_slide
-from observers.patch.effective_friction import output_vector
-from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_theta_rig_tuning
+from observers.patch.patch_protocol import (
+    PatchModel,
+    observer_constants_size,
+    output_vector,
+    split_theta_rig_tuning,
+)
 from observers.patch.update import tyre_states
 from observers.protocol import SAMPLE
 from observers.quality.acquisition_and_tracking import initial_supervision
@@ -17,9 +21,6 @@ from observers.tuning import TUNING_FIELDS
 from observers.udu import symbolic_covariance_from_udu
 from symbolic import GEOMETRY, SIGNALS, full_slide_torque
 from symbolic.casadi_functions import named_function
-
-POINT = {"log_mu": "mu"}
-"""Field of the tuning that a state of the tyre is linearised at; 1 for k over its nominal value."""
 
 
 @cache
@@ -41,7 +42,7 @@ def build_initial_state(
     prior = measurement_model.prior(tuning, first, slide)
     states = measurement_model.states
     mean, variance = (ca.vertcat(*(prior[name][i] for name in states)) for i in range(2))
-    point = [tuning[POINT[name]] if name in POINT else 1 for name in tyre_states(measurement_model)]
+    point = [tuning["mu"] if name == "log_mu" else 1 for name in tyre_states(measurement_model)]
     last, P = _values_at_rest(CLEAN, first), ca.diag(variance)
     factor = P
     if OTHER in states:

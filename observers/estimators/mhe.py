@@ -8,21 +8,15 @@ the window made of them. On a linear problem with Gaussian noise every window gi
 Huber's loss differs: here the residual is that of the fitted states, there the innovation less its prior
 variance.
 
-The window holds the last N samples, the states x_i at each of them, the memory of the patch, and mean
-and covariance of x_1 given all samples that have left the window (the arrival). Gauss-Newton steps
-minimise
+Gauss-Newton steps minimise, over the states x_i at each of the last N samples,
 
     |x_1 - mean|^2 / P  +  sum_i |x_{i+1} - f_i(x_i)|^2 / Q_i  +  sum_i rho(r_i),
     r_i = (y_i - h_i(x_i)) / R_i^(1/2),
 
-with the motion f, the measurement y and their noises of the measurement model, and no r_i where y_i is
-missing or rejected; mu is clipped to its bounds after each step. rho is Huber's function. Where the
-ground has changed, Q_i of ln mu includes the variance between two grounds, and samples that were
-rejected before are accepted again.
-
-The memory of the patch is stored with every sample, see `observers.patch.history`.
-
-An empty place, before the window is full, has dt = 0: no motion, no measurement, no turn.
+with the mean and covariance P of the arrival, the motion f, the measurement y and their noises of the
+measurement model, and no r_i where y_i is missing or rejected; mu is clipped to its bounds after each
+step. rho is Huber's function. Where the ground has changed, Q_i of ln mu includes the variance between
+two grounds. An empty place, before the window is full, has dt = 0: no motion, no measurement, no turn.
 
 Sources: Rao, Rawlings, Mayne, Constrained state estimation for nonlinear discrete-time systems, IEEE
 Trans. Automatic Control 48 (2003) 246, with the arrival cost of a filter; Huber, Robust Statistics
@@ -104,10 +98,9 @@ def mhe_layout(model: PatchModel, measurement_model: MeasurementModel, window: i
 
 @cache
 def build_window_smoother(measurement_model: MeasurementModel, window: int) -> ca.Function:
-    """One Gauss-Newton step about x: minimiser over the window, covariance of its newest state.
+    """One Gauss-Newton step about x (n, N): minimiser over the window, covariance of its newest state.
 
-    (mean, factor, x, M_z, slopes, samples, rig, tuning) -> (x_next, P_newest); inputs of all samples in
-    columns, x (n, N).
+    Inputs of all samples are in columns.
     """
     forward, backward = build_filter_step(measurement_model), build_smoother_step(measurement_model)
     n = len(measurement_model.states)
@@ -212,6 +205,6 @@ def _update_acceptance(samples: ca.MX, test: ca.MX, variance: ca.MX) -> ca.MX:
     """The samples of the window after the newest one's test, see `build_acceptance_update`."""
     window, ages = samples.shape[1], ca.DM(range(samples.shape[1] - 1, -1, -1)).T
     rows = (samples[ROWS.index("accepted"), :], samples[ROWS.index("jump"), :])
-    acceptance = build_acceptance_update().map(window) if window > 1 else build_acceptance_update()
     constant = [ca.repmat(vector, 1, window) for vector in (test, variance)]
-    return ca.vertcat(samples[: len(CLEAN), :], *acceptance(*rows, ages, *constant))
+    acceptance = build_acceptance_update().map(window)(*rows, ages, *constant)
+    return ca.vertcat(samples[: len(CLEAN), :], *acceptance)

@@ -88,11 +88,10 @@ def build_state_prediction(measurement_model: MeasurementModel) -> ca.Function:
 
 @cache
 def build_filter_step(measurement_model: MeasurementModel) -> ca.Function:
-    """Forward elimination of one sample, linearised about x.
+    """Forward elimination of one sample, linearised about x; results up to score as `build_kalman_step`.
 
-    (mean, factor, x, M_z, slopes, row, row_next, rig, tuning) -> (mean_next, factor_next, filtered, P,
-    K, score, H, A), as of `build_kalman_step`; rows in the order of `ROWS`. The motion out of the
-    newest sample does not matter: any row does for row_next.
+    Rows are in the order of `ROWS`. The motion out of the newest sample does not matter: any row does
+    for row_next.
     """
     n = len(measurement_model.states)
     inputs = symbols(
@@ -115,12 +114,9 @@ def build_filter_step(measurement_model: MeasurementModel) -> ca.Function:
 
 @cache
 def build_smoother_step(measurement_model: MeasurementModel) -> ca.Function:
-    """Back substitution of one sample.
+    """Back substitution of one sample: the costate before it, and its states x within their bounds.
 
-    (costate, filtered, P, K, score, H, A, tuning) -> (costate_before, x).
-
-    costate is that of the next sample, 0 at the newest; the others come from `build_filter_step`. x is
-    within its bounds.
+    costate is that of the next sample, 0 at the newest; the others come from `build_filter_step`.
     """
     n = len(measurement_model.states)
     inputs = symbols(

@@ -17,8 +17,7 @@ from observers.patch.patch_protocol import EQUIVALENT
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch
 from observers.quality.acquisition_and_tracking import build_step_with_acquisition, supervision_layout
 from observers.quality.equivalent_patch import equivalent_patch
-from observers.quality.tuning_from_tolerances import tuning_with_tolerances
-from observers.tuning import PLAUSIBLE, TUNING_FIELDS, Tuning, require_whole
+from observers.tuning import PLAUSIBLE, TUNING_FIELDS, Tuning, require_whole, tuning_with_tolerances
 from symbolic import InvalidInputError, Model, Rig
 from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO
 from symbolic.effects.base import parameter_name
@@ -150,11 +149,7 @@ class ModelObserver(CasadiObserver):
 
     @property
     def weaker(self) -> float:
-        """Share that the weaker direction holds less [1], see `CasadiObserver.weaker`.
-
-        Raises:
-            InvalidInputError: each direction has its own friction, and mu_eff is that of one of them.
-        """
+        """Share that the weaker direction holds less [1]; refused where each has friction of its own."""
         if self._by_direction:
             raise InvalidInputError(
                 "no one share: friction has a state for each direction, and mu_eff is that of the one"
@@ -178,7 +173,7 @@ class ModelObserver(CasadiObserver):
 
     @property
     def effective_tuning(self) -> Tuning:
-        """The tuning with what tolerances add to it, see `observers.quality.tuning_from_tolerances`."""
+        """The tuning with what tolerances add to it, see `observers.tuning`."""
         return tuning_with_tolerances(self.tuning, self.rig, self.values["k"])
 
     @cached_property

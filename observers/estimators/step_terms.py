@@ -10,8 +10,13 @@ from observers.measurement.directional_friction import CHANGING, EVIDENCE, OTHER
 from observers.measurement.linearisation import build_clean, state_index
 from observers.measurement.measurement_model import CLEAN, MAX_ZERO_DEVIATIONS, RIG, MeasurementModel
 from observers.measurement.torque_error import share_of_full_slide
-from observers.patch.effective_friction import build_effective_friction, output_vector
-from observers.patch.patch_protocol import PatchModel, observer_constants_size, split_theta_rig_tuning
+from observers.patch.patch_protocol import (
+    PatchModel,
+    build_effective_friction,
+    observer_constants_size,
+    output_vector,
+    split_theta_rig_tuning,
+)
 from observers.protocol import SAMPLE, Status
 from observers.quality.innovation_alarms import log_mu_variance_between_grounds
 from observers.quality.innovation_gate import build_innovation_test

@@ -35,8 +35,6 @@ def _screen_within(limits: tuple[float, ...]) -> CompiledStep:
 
 @dataclass(frozen=True, slots=True)
 class _LoopState:
-    """State between samples."""
-
     state: Any = None  # That of the observer, None before the start.
     psi: float = nan  # The last angle [rad].
     age: float = 0.0  # Of that angle [s].
@@ -130,7 +128,6 @@ class Loop:
         return self._estimate(samples[-1])
 
     def _after(self, before: _LoopState, sample: Sample) -> _LoopState:
-        """The state after one more sample."""
         psi, rate, age, state = before.psi, before.psi_dot, before.age + sample.dt, before.state
         psi_limit, rate_limit, *_ = self._limits
         starts = state is None and is_plausible_first_sample(self.observer, sample.psi, sample.F_N)

@@ -108,11 +108,7 @@ def read_model_file(path: str | Path, effects: Iterable[Effect] = ()) -> FoundMo
 
 
 def model_file_in(path: Path) -> Path:
-    """The model file that a path names: itself or, of the folder of a diagnosis, that in it.
-
-    Raises:
-        InvalidInputError: the folder holds none.
-    """
+    """The model file that a path names: itself, or that in the folder of a diagnosis, or an error."""
     try:
         if not path.is_dir():
             return path

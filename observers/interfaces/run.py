@@ -58,12 +58,10 @@ def samples_and_start(
     observer: Observer, t: Array, psi: Array, F_N: Array, M_z: Array | None, psi_dot: Array | None,
     M: Array | None,
 ) -> tuple[Array, int]:  # fmt: skip
-    """A recording as samples, and the first of them that an observer can start with.
+    """A recording as samples, and the index of the first that an observer can start with.
 
-    Arguments and errors as of `run`.
-
-    Returns:
-        Samples, one a column with rows in the order of `SAMPLE`, shape (6, n), and the index.
+    Samples are columns, rows in the order of `SAMPLE`, shape (6, n). Arguments and errors are as of
+    `run`.
     """
     t, psi, F_N = (_numbers(n, c) for n, c in (("t", t), ("psi", psi), ("F_N", F_N)))
     optional = (("M_z", M_z), ("psi_dot", psi_dot), ("M", M))

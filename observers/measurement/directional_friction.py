@@ -7,8 +7,7 @@ other, and each may change by itself. `log_mu` is of the direction that loads th
 `log_mu_other` is of the opposite one. Both walk. They are exchanged where the torque changes sign: until
 then a patch that has turned back is unloaded, and bears what the old direction gave it. The patch has
 one friction at a time. So for a moment after the exchange bristles that still are deformed the old way
-have the limit of the new one. Where the model has an `asymmetric_friction`, which scales the limit by
-the direction of motion, they are exchanged where the angle turns back, as the model's limit is.
+have the limit of the new one.
 
 A direction that has not slid yet is known from the other one alone: their priors differ by `ASYMMETRY`.
 """
@@ -58,7 +57,7 @@ class DirectionalFriction(AligningTorque):
             between the directions by the prior alone.
         slack: play of the angle's noise, either way [rad].
         at_reversal: exchanged where the angle turns back, not where the torque changes sign; an observer
-            whose model has an `asymmetric_friction` sets it.
+            sets it whose model has an `asymmetric_friction`, the limit of which changes there.
     """
 
     zero: bool = False

@@ -1,13 +1,7 @@
-"""Measurement models: states, motion, and measurement, where M_z or the steering torque is measured.
+"""Measurement models: states, motion, and measurement, and that of the aligning torque as on the rig.
 
 The friction state is ln mu. Before full slide the torque bounds mu from below alone; the distribution of
 ln mu is far less skewed than that of mu, and mu stays positive.
-
-`AligningTorque`, as on the rig: the angle is known, M_z = h(history of the angle, mu) + M_0 is measured,
-and the states are random walks.
-
-`SteeringTorque` of `observers.measurement.steering_torque`, as in electric power steering: M drives
-the wheel and the angle is measured.
 """
 
 from collections.abc import Hashable
@@ -184,7 +178,7 @@ def has_gear_friction(measurement_model: MeasurementModel) -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class AligningTorque:
-    """The aligning torque is measured, the angle known; states mu and as chosen.
+    """M_z = h(history of the angle, mu) + M_0 is measured, the angle known; states mu and as chosen.
 
     Attributes:
         zero: the zero M_0 of the torque channel is a state [N m].

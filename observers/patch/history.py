@@ -7,7 +7,6 @@ came in, to within the resolution of an encoder.
 """
 
 from dataclasses import dataclass
-from functools import cache
 
 import casadi as ca
 
@@ -93,7 +92,7 @@ class PatchWindow:
         stored = {name: parts[name][:, : columns * count] for name, _, columns in self.blocks}
         angle_slope = stored.pop("angle_slope", None)
         constant = (ca.repmat(vector, 1, count) for vector in (theta, rig[: len(GEOMETRY)]))
-        torques = _build_torques(self.model, self.measurement_model, count)
+        torques = build_patch_torque(self.model, self.measurement_model).map(count)
         M_z, slopes = torques(
             *stored.values(), estimated_tyre_parameters(self.measurement_model, x), *constant
         )
@@ -105,10 +104,3 @@ class PatchWindow:
         if missing == 0:
             return M_z, slopes
         return ca.horzcat(M_z, ca.MX.zeros(1, missing)), ca.horzcat(slopes, slopes_missing)
-
-
-@cache
-def _build_torques(model: PatchModel, measurement_model: MeasurementModel, count: int) -> ca.Function:
-    """The torques of several samples; one Function for all windows of that length."""
-    torque = build_patch_torque(model, measurement_model)
-    return torque.map(count) if count > 1 else torque

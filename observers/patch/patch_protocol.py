@@ -1,12 +1,21 @@
-"""The interface that observers need of a model of the contact patch."""
+"""The interface that observers need of a model of the contact patch, and the effective friction by it.
+
+The standard deviation of that follows from that of mu by the delta method; `mu_eff` is linear in mu for
+every effect of the library.
+"""
 
 from collections.abc import Hashable
-from typing import Protocol
+from functools import cache
+from typing import Any, Protocol
 
 import casadi as ca
 
+from observers.layout import named, symbols, vector_of
 from observers.measurement.measurement_model import RIG
+from observers.protocol import OUTPUT
 from observers.tuning import TUNING_FIELDS
+from symbolic import GEOMETRY
+from symbolic.casadi_functions import named_function
 
 
 class PatchModel(Hashable, Protocol):
@@ -59,3 +68,28 @@ def split_theta_rig_tuning(model: PatchModel, constants: ca.MX) -> tuple[ca.MX, 
     places = [0, at, at + len(RIG), end - len(EQUIVALENT), end]
     theta, rig, tuning, _ = ca.vertsplit(constants, places)
     return theta, rig, tuning
+
+
+@cache
+def build_effective_friction(model: PatchModel) -> ca.Function:
+    """(mu, mu_std, memory, F_N, theta, geometry, rate) -> (mu_eff, mu_eff_std, M_slide).
+
+    memory (m,) after the sample, load [N] and parameters as of the model, theta at any mu; rate [rad/s]
+    is that of the full slide. See `symbolic.full_slide`.
+    """
+    inputs = symbols(
+        ca.MX, mu=1, mu_std=1, memory=model.memory_size, F_N=1, theta=len(model.coordinates),
+        geometry=len(GEOMETRY), rate=1,
+    )  # fmt: skip
+    mu, mu_std, memory, F_N, theta, geometry, rate = inputs.values()
+    at = vector_of(model.coordinates, {**named(model.coordinates, theta), "mu": mu})
+    mu_eff, M_slide = model.full_slide.call([memory, F_N, at, geometry, rate], True, False)
+    deviation = ca.fabs(ca.jtimes(mu_eff, mu, ca.MX(1))) * mu_std
+    outputs = {"mu_eff": mu_eff, "mu_eff_std": deviation, "M_slide": M_slide}
+    return named_function("effective_friction", inputs, outputs, cse=True)
+
+
+def output_vector(**known: Any) -> ca.MX:
+    """An output in the order of `OUTPUT`; a status that is not given is 0, all else that is not NaN."""
+    vector: ca.MX = vector_of(OUTPUT, dict.fromkeys(OUTPUT, float("nan")) | {"status": 0} | known)
+    return vector

@@ -4,8 +4,8 @@ The observer's own step runs on the torque that it expects itself at a friction:
 supervision, started at that friction, predicts it while no torque is measured. So the deviation forecast
 is that of the observer by construction: hypotheses, tolerances of k, a, e, load and zero, its error
 model, the yaw rate that it takes from the angle, and what makes it `usable`. White noise of the torque
-may be added, and makes it acquire later, or not at all; so would a k other than declared, which a
-forecast cannot know.
+may be added, and makes it acquire later, or not at all: without it a path may end just behind the sample
+at which no flag stands any more. So would a k other than declared, which a forecast cannot know.
 """
 
 from collections.abc import Iterable, Iterator
@@ -26,12 +26,17 @@ from observers.measurement.measurement_model import AligningTorque
 from observers.planning.steering_path import SteeringPath
 from observers.protocol import OUTPUT, SAMPLE, Sample
 from observers.quality.acquisition import OWN
-from observers.quality.tuning_from_tolerances import friction_floor
+from observers.tuning import REFERENCE_STEP, friction_floor
 from symbolic import full_slide_torque
 from symbolic.float_array import Array
 
 SAMPLES_PER_CALL = 25
 """Samples of one compiled call; between two calls a forecast may end."""
+RUNS, ENOUGH = 20, 18
+"""Runs with noise on each ground, and how many of them have to reach the target."""
+SEED = 1
+MOST_NOISE = 0.01
+"""Greatest noise over full slide at mu = 1 that counts where the rig declares none [1]."""
 MU, STD, TORQUE, STATUS = (OUTPUT.index(n) for n in ("mu", "mu_std", "M_z_predicted", "status"))
 
 
@@ -201,6 +206,66 @@ class Forecaster:
         usable = (rows[STATUS] == 0) & (deviation < self.observer.informed_below)
         status = np.nan_to_num(rows[STATUS]).astype(int)
         return Forecast(mu=rows[MU], deviation=deviation, usable=usable, torque=rows[-1], status=status)
+
+
+class NoisyForecaster:
+    """Runs of a `Forecaster` with the noise that the rig declares, or else its tuning, but `MOST_NOISE`.
+
+    The same runs serve every path: the noise of a sample does not depend on what was steered before.
+    """
+
+    def __init__(
+        self, forecaster: Forecaster, F_N: float, target: float, most_torque: float, dt: float,
+        samples: int, *, quiet: bool = False,
+    ) -> None:  # fmt: skip
+        """Draw the noise of so many samples, dt apart [s]; load [N], target [1], torque [N m].
+
+        Quiet is one run without noise.
+        """
+        self.forecaster, self.F_N, self.target, self.most_torque = forecaster, F_N, target, most_torque
+        std = assumed_noise(forecaster.observer, F_N) * max(1.0, REFERENCE_STEP / dt) ** 0.5
+        self.enough = ENOUGH
+        self.noise = std * np.random.default_rng(SEED).standard_normal((RUNS, samples))
+        if quiet:
+            self.enough, self.noise = 1, np.zeros((1, samples))
+
+    def reached(
+        self, path: SteeringPath, case: ForecastCase, last: int, *, every: bool = False
+    ) -> list[int]:
+        """Sorted samples, up to about the `last`, at which runs reach the target.
+
+        Ends where too few do, except that every run is to be counted.
+        """
+        reached: list[int] = []
+        for i, noise in enumerate(self.noise):
+            at, _ = self.forecaster.forecast_until_target(
+                path, case, self.F_N, self.target, self.most_torque, last, noise
+            )
+            if at is not None:
+                reached.append(at)
+            if not every and i - len(reached) >= len(self.noise) - self.enough:
+                break
+        return sorted(reached)
+
+    def reach(self, path: SteeringPath, case: ForecastCase, last: int) -> tuple[int | None, float]:
+        """First sample at which enough runs have reached the target, and it is met without noise too.
+
+        Else None. With it the deviation there; where too few runs reach the target, less than that, the
+        less the more do.
+        """
+        reached = self.reached(path, case, last)
+        if len(reached) >= self.enough:
+            return self.forecaster.forecast_until_target(
+                path, case, self.F_N, self.target, self.most_torque, last,
+                first=reached[self.enough - 1],
+            )  # fmt: skip
+        return None, self.target * (1 - len(reached) / len(self.noise))
+
+
+def assumed_noise(observer: ModelObserver, F_N: float) -> float:
+    """White noise of the torque that a plan reckons with at a load [N], of a sample in 10 ms [N m]."""
+    rig, slide = observer.rig, float(full_slide_torque(F_N, observer.rig.a))
+    return min(observer.tuning.noise, MOST_NOISE) * slide if rig.noise is None else rig.noise
 
 
 def irreducible_mu_std(observer: ModelObserver, mu: float, F_N: float) -> dict[str, float]:

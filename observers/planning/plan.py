@@ -20,14 +20,15 @@ import numpy as np
 
 from observers.estimators.model_observer import ModelObserver
 from observers.planning.forecast import (
+    RUNS,
     Forecast,
     ForecastCase,
     Forecaster,
+    NoisyForecaster,
     irreducible_mu_std,
     out_of_reach,
     percent_beside,
 )
-from observers.planning.noisy_forecast import RUNS, NoisyForecaster
 from observers.planning.plan_request_check import MUS, check_plan_request
 from observers.planning.steering_path import (
     RAMP,

@@ -22,9 +22,8 @@ def check_plan_request(
 ) -> None:  # fmt: skip
     """Refuse what no steering can fulfil; without a load [N], what none can under any load.
 
-    Raises:
-        InvalidInputError: a target, friction or load is out of range, the limits leave no rate or too
-            few samples dt apart [s], or what no steering lowers exceeds the target on every ground.
+    That is a target, friction or load out of range, limits that leave no rate or too few samples dt
+    apart [s], and a target below what no steering lowers, on every ground.
     """
     if not MIN_TARGET <= target < 1:
         raise InvalidInputError(

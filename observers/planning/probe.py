@@ -20,18 +20,18 @@ from observers.estimators.ekf import Ekf
 from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.control_loop import Loop
 from observers.layout import ObserverState
-from observers.planning.advice import Advice
-from observers.planning.forecast import ForecastCase, Forecaster
-from observers.planning.plan import NEVER, REST, Plan, plan
-from observers.planning.plan_request_check import MUS, check_plan_request
-from observers.planning.steering_path import KINDS, PathPoint, SteeringLimits, SteeringPath, changed_path
-from observers.planning.stop_reasons import (
+from observers.planning.advice import (
     MAX_DEVIATION,
     VAGUE,
+    Advice,
     foreseen_reason,
     irreducible_reason,
     time_over_reason,
 )
+from observers.planning.forecast import ForecastCase, Forecaster
+from observers.planning.plan import NEVER, REST, Plan, plan
+from observers.planning.plan_request_check import MUS, check_plan_request
+from observers.planning.steering_path import KINDS, PathPoint, SteeringLimits, SteeringPath, changed_path
 from observers.protocol import Estimate, Sample
 from observers.quality.acquisition import OVER, OWN
 from observers.quality.hypotheses_verdict import VERDICT

@@ -205,10 +205,9 @@ class Swing(NamedTuple):
 
 
 def swing_family(limits: SteeringLimits, *, coarse: bool = False) -> list[Swing]:
-    """The paths of the family that begin within limits; narrower ones begin with some of them.
+    """The paths of the family that begin within limits; refused where none of its rates is.
 
-    Raises:
-        InvalidInputError: no rate of the family is within the limits.
+    Narrower limits begin with some of them.
     """
     fastest = min(limits.rate, limits.acceleration * RAMP)
     rates = [2.0**i for i in range(floor(log2(fastest)), ceil(log2(limits.slowest)) - 1, -1)]

@@ -24,9 +24,9 @@ from observers.quality.hypotheses_verdict import (
 from observers.quality.hysteresis_branches import (
     START,
     TRACK,
-    build_relative_mu_sensitivity,
     build_track_update,
     loads_of_branches,
+    relative_mu_sensitivity,
 )
 from observers.quality.mu_over_k_hypotheses import (
     MAX_MODEL_ERROR,
@@ -100,13 +100,12 @@ DECLARED_PATCH = EquivalentPatch()
 
 @cache
 def build_hypothesis_search_step(gear: bool = False) -> ca.Function:
-    """One torque while friction is acquired; with a gear, dry is a further input.
+    """One torque while friction is acquired: weighed, or the verdict is given, in turn, phase 0 and 1.
 
-    (search, verdict, phase, beside, psi, F_N, loads, M_z, added, tyre, limits) -> (search, verdict,
-    share, counted). loads (2,) are those at the present rate and at rest [N], tyre is k, a and e; M_z
-    [N m] is NaN where nothing is measured; added is the variance of the way to it [N^2 m^2]; counted is
-    1 where the torque was weighed. Torques are weighed and the verdict is given in turn, phase 0 and 1:
-    half the work a sample. Hypotheses beside the likeliest, so many to each side, are weighed.
+    So a sample takes half the work. loads (2,) are those at the present rate and at rest [N], tyre is k,
+    a and e; M_z [N m] is NaN where nothing is measured; added is the variance of the way to it [N^2
+    m^2]; with a gear, dry is a further input; counted is 1 where the torque was weighed. Hypotheses
+    beside the likeliest, so many to each side, are weighed.
     """
     inputs = symbols(
         ca.MX, search=search_layout(gear).size, verdict=len(VERDICT), phase=1, beside=1, psi=1, F_N=1,
@@ -154,12 +153,10 @@ def build_hypothesis_search_step(gear: bool = False) -> ca.Function:
 def build_acquisition_decision(
     patch: EquivalentPatch, measurement_model: MeasurementModel
 ) -> ca.Function:
-    """A sample while friction is acquired.
+    """A sample while friction is acquired; the handover is in the order of `handover_names`.
 
-    (own, verdict, output, widest, turns, counted, share, M_z, added, tyre, limits, friction) -> (own,
-    handover, output), the second in the order of `handover_names`; turns is the number of turning points
-    in use, counted 1 where a torque was weighed, share what it is worth; friction is the patch's; M_z
-    and added are as for `build_hypothesis_search_step`.
+    turns is the number of turning points in use, counted 1 where a torque was weighed, share what it is
+    worth; friction is the patch's; M_z and added are as for `build_hypothesis_search_step`.
     """
     is_scaled, states = bool(measurement_model.scaled), states_handed_over(measurement_model.states)
     inputs = symbols(
@@ -170,8 +167,8 @@ def build_acquisition_decision(
     verdict, output = named(VERDICT, inputs["verdict"]), named(OUTPUT, inputs["output"])
     error = ca.fmin(limits["error"], MAX_MODEL_ERROR) ** 2
     # A model's error does not average out: where mu moves the torque little, it moves mu much.
-    given = (inputs["widest"], verdict["log_ratio"], own["load"], inputs["tyre"])
-    by_error = error / build_relative_mu_sensitivity()(*given) ** 2
+    given = (inputs["widest"], ca.exp(verdict["log_ratio"]), own["load"], inputs["tyre"])
+    by_error = error / relative_mu_sensitivity(*given) ** 2
     sample = {"M_z": inputs["M_z"], "added": inputs["added"], "error": error}
     told = (own, verdict, output, limits, sample, verdict["variance"] + by_error)
     zero, gear = is_scaled * verdict["zero"], "gear" in states

@@ -3,14 +3,11 @@
 `build_step_with_acquisition` puts both around the step of any `ModelObserver`, which does not know it.
 
 - While friction is acquired, `observers.quality.acquisition` rules: its ln mu and M_0 replace those of
-  the estimator after every sample, and the status has `Status.ACQUIRING`. A torque that grows with the
-  angle otherwise than the tolerances of k, half-length and load allow gives `Status.SUSPECT`, and
-  friction is not handed over. A change of the ground (`Status.RESET`) begins another acquisition.
+  the estimator after every sample. A change of the ground (`Status.RESET`) begins another acquisition.
 - After the handover the aligning torque is divided by s, the stiffness over the declared one, and the
   results are multiplied by it: the torque of the patch is homogeneous in (mu, k).
 - What s is off by is k's error or the torque's, which nothing tells apart: it widens the band. The
   search goes on, to know s better, until friction is confirmed or the model is doubted.
-- The consistency of the innovations is judged by `observers.quality.tracking_consistency`.
 """
 
 from functools import cache
@@ -21,10 +18,10 @@ import casadi as ca
 from observers.layout import Expression, Layout, Parts, named, symbols_like, vector_of
 from observers.measurement.measurement_model import (
     MAX_ZERO_DEVIATIONS,
-    MIN_LOAD_SHARE,
     RIG,
     MeasurementModel,
     has_gear_friction,
+    impute_load,
 )
 from observers.measurement.torque_error import is_known, share_of_full_slide
 from observers.patch.patch_protocol import EQUIVALENT, split_theta_rig_tuning
@@ -153,7 +150,7 @@ def build_step_with_acquisition(
     step: ca.Function, model: Model, measurement_model: MeasurementModel, parts: Layout,
     patch: EquivalentPatch,
 ) -> ca.Function:  # fmt: skip
-    """The step of an estimator, (state, sample, constants) -> (state_next, output), supervised.
+    """The step of an estimator, supervised.
 
     Its state has the parts of the estimator, on which `step` works, and those of `supervision_layout`.
     The numbers of the declared patch that stands for the model are among the constants.
@@ -169,7 +166,7 @@ def build_step_with_acquisition(
     tyre = ca.vertcat(theta[model.coordinates.index("k")] * stiffness, rig[0], rig[1])
     given = ca.vertcat(*(now[n] / own["scale"] if n == scaled else now[n] for n in SAMPLE))
     after, output = step(state[: parts.size], given, inputs["constants"])
-    (own["F_N"], lifted), names = _load(now["F_N"], own), measurement_model.torque_state
+    (own["F_N"], _, lifted), names = impute_load(now, own), measurement_model.torque_state
     last = named(names, before["block"]) if names else {}
     sensed = {**now, "M_z": ca.if_else(lifted, float("nan"), now["M_z"])}
     block, psi, M_z, added = measurement_model.observed_torque(last, sensed, rig, tuning)
@@ -281,10 +278,3 @@ def _known_before(
     # zero far: it keeps its range.
     scale_std = ca.if_else(tracked, (moved if scaled else 1) * RESTART_STD, VAGUE)
     return scale, scale_std, ca.fmax(-most, ca.fmin(most, zero)), moved * zero_std
-
-
-def _load(F_N: Expression, own: Parts) -> tuple[Expression, Expression]:
-    """The last load of a wheel on the ground [N], and whether the wheel is lifted."""
-    loaded = ca.logic_and(is_known(F_N), MIN_LOAD_SHARE * own["F_N_first"] <= F_N)
-    lifted = ca.logic_and(is_known(F_N), ca.logic_not(loaded))
-    return ca.if_else(loaded, F_N, own["F_N"]), lifted

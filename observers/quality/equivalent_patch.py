@@ -2,11 +2,9 @@
 
 Acquisition weighs hypotheses on the declared patch, which costs little and forgets nothing wrongly. A
 model with effects is softer, or slides at another level: it is driven once through a turn and back, and
-the acquisition itself says which declared patch it looks like. Friction that depends on rate and load
-acts as another load: that at the present rate, and, where the wheel turned back, that at rest. A patch
-that grows with the load has another half-length. What effects add to the patch's torque, as a spring
-does, no declared patch looks like, and it does not scale with friction: it is taken off. So is the turn
-through a gap, which the torque tells by its sign.
+the acquisition itself says which declared patch it looks like. What effects add to the patch's torque,
+as a spring does, no declared patch looks like, and it does not scale with friction: it is taken off. So
+is the turn through a gap, which the torque tells by its sign.
 """
 
 from collections.abc import Mapping

@@ -101,10 +101,8 @@ def kendall_load_test(load_and_friction: Sequence[Sequence[tuple[float, float]]]
     """How likely chance orders friction by load so clearly, and whether friction falls with the load.
 
     Kendall's test (Biometrika 30 (1938) 81), its pairs within grounds alone: by chance every order of
-    the recordings of a ground is as likely, which gives the exact distribution of its inversions.
-
-    Args:
-        load_and_friction: load [N] and friction [1] of each recording, ground by ground.
+    the recordings of a ground is as likely, which gives the exact distribution of its inversions. Load
+    [N] and friction [1] are those of each recording, ground by ground.
     """
     chances, falls, pairs = np.ones(1), 0.0, 0
     for own in load_and_friction:

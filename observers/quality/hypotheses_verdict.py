@@ -138,7 +138,6 @@ def _place(vector: Expression) -> Expression:
 
 
 def _chosen(place: Expression, vector: Expression) -> Expression:
-    """The element of a vector (G,) at a place."""
     return ca.dot(ca.DM(range(len(RATIOS))) == place, vector)
 
 
@@ -211,7 +210,6 @@ def _gain(stiffness: Expression, parts: Parts) -> tuple[Expression, Expression]:
 
 
 def _log_mu_moments(stiffness_variance: Expression, hypotheses: Parts) -> tuple[Expression, Expression]:
-    """Mean and variance of ln mu."""
     gain, variance = _gain(stiffness_variance, hypotheses)
     return hypotheses["grid"] + ca.log(gain), variance / gain**2
 

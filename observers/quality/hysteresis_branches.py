@@ -106,10 +106,9 @@ def _counted(after: Parts, counts: Expression, least: Expression) -> tuple[Parts
 def build_track_update() -> ca.Function:
     """All branches after a sample: their turns add up.
 
-    (track, points, psi, torque, size, slack, counts) -> (track, points, turns, share).
     points and turns (POINTS, PATHS) have a column for each path; turns [rad] are those of the branches,
     oldest first, whose torques add up; the first one is virgin. torque is the measured one and size its
-    size less its noise [N m]; the rest as for `build_present_branch_update`.
+    size less its noise [N m]; share and the rest are as for `build_present_branch_update`.
     """
     inputs = symbols(
         ca.SX, track=len(TRACK), points=(POINTS, PATHS), psi=1, torque=1, size=1, slack=1, counts=1
@@ -240,17 +239,12 @@ def build_branch_torque() -> ca.Function:
     return named_function("branch", inputs, {"M": M}, cse=True)
 
 
-@cache
-def build_relative_mu_sensitivity() -> ca.Function:
-    """Relative change of a virgin turn's torque by that of mu: (turn, log_ratio, F_N, tyre) -> share.
-
-    0 in full stick, 1 in full slide.
-    """
-    inputs = symbols(ca.SX, turn=1, log_ratio=1, F_N=1, tyre=3)
-    turn, log_ratio, F_N, tyre = inputs.values()
-    moment, by_mu = _moment(turn, ca.exp(log_ratio), F_N, tyre)
-    outputs = {"share": ca.fmin(ca.fmax(by_mu / moment, MIN_SENSITIVITY), 1)}
-    return named_function("sensitivity", inputs, outputs, cse=True)
+def relative_mu_sensitivity(
+    turn: Expression, mu: Expression, F_N: Expression, tyre: Expression
+) -> Expression:
+    """Relative change of a virgin turn's torque by that of mu: 0 in full stick, 1 in full slide."""
+    moment, by_mu = _moment(turn, mu, F_N, tyre)
+    return ca.fmin(ca.fmax(by_mu / moment, MIN_SENSITIVITY), 1)
 
 
 def torque_by_log_stiffness(

@@ -33,7 +33,7 @@ from observers.tuning import TUNING_FIELDS
 from symbolic.casadi_functions import named_function
 
 MONITOR = ("rise", "fall", "squares", "samples", "lag")
-"""Cumulative sums for a rise and a fall of mu, then q and w of the consistency, and l; 0 at the start."""
+"""Cumulative sums for a rise and a fall of mu, q and w of the consistency, and l; 0 at the start."""
 HASTE = 2.0
 """Memory of the estimator over that of its lag [1]."""
 MIN_LEARNT = 1e-9
@@ -52,10 +52,9 @@ MAX_NORMALISED_SQUARE = 25.0
 def build_innovation_monitor(change: float = CHANGE) -> ca.Function:
     """One sample of the monitor, which looks for a change of ln mu [1].
 
-    (innovation, slope, variance, independent, accepted, correction, learnt, monitor, tuning) -> (alarm,
-    inconsistent, monitor_next). slope is that of the measurement by ln mu, variance the one of the
-    innovation, independent as in `Measurement`, 0 where the measurement is missing; accepted, alarm and
-    inconsistent are 0 or 1; correction is that of ln mu, learnt the share of its variance that goes.
+    slope is that of the measurement by ln mu, variance the one of the innovation, independent as in
+    `Measurement`, 0 where the measurement is missing; accepted, alarm and inconsistent are 0 or 1;
+    correction is that of ln mu, learnt the share of its variance that goes.
     """
     inputs = symbols(
         ca.SX, innovation=1, slope=1, variance=1, independent=1, accepted=1, correction=1, learnt=1,

@@ -122,12 +122,13 @@ def build_hypothesis_search_start(gear: bool = False) -> ca.Function:
     psi [rad]; mean and standard deviation of s [1] and of M_0 [N m]; standard deviation of the gear's
     friction over the declared one, whose mean is 1, is a further input with a gear [1].
     """
-    inputs = symbols(ca.MX, psi=1, gain=1, gain_std=1, zero=1, zero_std=1, **_spread(gear))
-    psi, gain, gain_std, zero, zero_std, *spread = inputs.values()
+    spread = {"spread": 1} if gear else {}
+    inputs = symbols(ca.MX, psi=1, gain=1, gain_std=1, zero=1, zero_std=1, **spread)
+    psi, gain, gain_std, zero, zero_std, *gear_std = inputs.values()
     names = hypothesis_fields(gear)
     part: dict[str, Expression] = dict.fromkeys(names, 0)
     part |= {"gain": gain, "zero": zero, "D_gain": gain_std**2, "D_zero": zero_std**2}
-    part |= {"gear": 1, "D_gear": spread[0] ** 2} if gear else {}
+    part |= {"gear": 1, "D_gear": gear_std[0] ** 2} if gear else {}
     part["D_twist"] = TWIST_STD**2
     track: dict[str, Expression] = dict.fromkeys(TRACK, 0)
     track |= {"count": 1, "count_slid": 1, "extreme": psi, "origin": psi}
@@ -137,10 +138,6 @@ def build_hypothesis_search_start(gear: bool = False) -> ca.Function:
         "hypotheses": ca.repmat(vector_of(names, part), 1, len(RATIOS)),
     }
     return named_function("search_start", inputs, {"search": search_layout(gear).join(parts)})
-
-
-def _spread(gear: bool) -> dict[str, int]:
-    return {"spread": 1} if gear else {}
 
 
 @cache
@@ -153,7 +150,7 @@ def build_hypothesis_search_restart(gear: bool = False) -> ca.Function:
     layout = search_layout(gear)
     inputs = symbols(
         ca.MX, search=layout.size, M_z=1, slide=1, tyre=3, gain=1, gain_std=1, zero=1, zero_std=1,
-        **_spread(gear),
+        **({"spread": 1} if gear else {}),
     )  # fmt: skip
     search, M_z, slide, tyre, gain, *known = inputs.values()
     track, points = build_new_ground_branches()(layout.split(search)["track"], M_z, slide, tyre)
@@ -168,9 +165,9 @@ def build_hypothesis_search_restart(gear: bool = False) -> ca.Function:
 def build_torque_error() -> ca.Function:
     """Size of a torque less its noise, variance of its error, and the squares that noise explains.
 
-    (M_z, F_N, a, added, reach, share, error) -> (size, variance, noisy): torque [N m], load [N], half-
-    length [m]; variance of the torque's noise [N^2 m^2]; greatest torque so far [N m]; share of
-    an independent sample; model's error as a share of the torque [1].
+    M_z and the greatest torque so far, reach, are in N m, the load in N, a in m, the variance added of
+    the torque's noise in N^2 m^2; share is of an independent sample, error the model's as a share of the
+    torque [1].
     """
     inputs = symbols(ca.SX, M_z=1, F_N=1, a=1, added=1, reach=1, share=1, error=1)
     M_z, F_N, a, added, reach, share, error = inputs.values()

@@ -1,18 +1,9 @@
-"""Implausible values of the sensors are left out, sample by sample, before an observer takes them.
-
-| channel | is implausible |
-|---|---|
-| psi | at `Tuning.psi_limit` and beyond; farther from the last plausible angle than |
-| | `Tuning.psi_rate_limit` allows since then, and `SLACK` |
-| psi_dot | at `Tuning.psi_rate_limit` and beyond |
-| F_N | at `Tuning.F_N_limit` and beyond |
-| M_z, M | at `Tuning.torque_limit` and beyond |
+"""Implausible values of the sensors, beyond the limits of `Tuning`, are left out sample by sample.
 
 Such a value is missing, and the status of the sample has `Status.IMPLAUSIBLE`. An angle that jumps and
-stays, each sample near the one before, for `Tuning.rezero_time`, is that of a sensor whose zero has
-moved, as after a restart or a full turn: the wheel itself cannot jump. The jump is taken off all later
-angles, so that the patch keeps its history. After a time without an angle the wheel may have turned as
-far as the rate allows.
+stays, each sample near the one before, is that of a sensor whose zero has moved, as after a restart or a
+full turn: the wheel itself cannot jump. The jump is taken off all later angles, so that the patch keeps
+its history. After a time without an angle the wheel may have turned as far as the rate allows.
 """
 
 from functools import cache

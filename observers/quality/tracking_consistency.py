@@ -60,11 +60,9 @@ SCALED = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide")
 def build_tracking_consistency(
     patch: EquivalentPatch, measurement_model: MeasurementModel
 ) -> ca.Function:
-    """A sample while the estimator tracks.
+    """A sample while the estimator tracks, its output in torques as measured.
 
-    (own, verdict, output, share, turn, interval, M_z, added, counted, tyre, limits, friction)
-    -> (own, output), torques as measured; turn is the present branch's [rad], interval
-    as in `CLEAN` [s], counted 1 after a search.
+    turn is the present branch's [rad], interval as in `CLEAN` [s], counted 1 after a search.
     """
     # M_z that is computed from the steering torque is compared with the predicted one. The friction and
     # the return torque of a steering gear last too.

@@ -1,16 +1,8 @@
 """Which input looks wrong by its unit, its sign or its sensor: evidence gathered sample by sample.
 
-| suspect | because |
-|---|---|
-| psi in degrees | no wheel is steered beyond a right angle |
-| dt in milliseconds | samples half a second apart and more cannot follow the wheel |
-| F_N in kN, torque in N mm | the torque would need a friction of more than `MAX_TORQUE_RATIO` |
-| F_N in lbf or kgf | friction is found to be more than `MAX_TYRE_FRICTION` |
-| psi or torque of the other sign | the ground takes work from a wheel that turns; this one gives it |
-| torque clipped or frozen | it stays the same to the last digit while the wheel turns |
-
-A few odd samples, as a faulty sensor has them, are no evidence. What is suspected stays suspected. The
-check is part of the step of every observer, in Python and in C; the status has `Status.SUSPECT`.
+What is suspected, and why, say `flags_by_message` and `suspicions_from_state`. A few odd samples, as a
+faulty sensor has them, are no evidence. What is suspected stays suspected. The check is part of the step
+of every observer, in Python and in C; the status has `Status.SUSPECT`.
 """
 
 import math

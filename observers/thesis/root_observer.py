@@ -7,9 +7,6 @@ At every sample the coefficient of friction is the root of
 [Györök 2022], (3.7), where the aligning torque is measured, with the sign of M_z of (2.3) there. Where
 the model is wrong, or the tyre sticks, there may be no root: then the nearest point is taken. In five
 zones there may be two: then the solver converges to the one near the last estimate.
-
-It is the baseline for the other observers. It uses five zones, the present load and the present sample
-only, and gives no standard deviation.
 """
 
 from dataclasses import dataclass, field, replace
@@ -67,7 +64,7 @@ class ZoneRootState:
 
 @dataclass(frozen=True, kw_only=True)
 class RootObserver:
-    """The estimator of [Györök 2022], sections 3.1 and 3.2.
+    """The estimator of [Györök 2022], sections 3.1 and 3.2: a baseline by the present load and sample.
 
     Attributes:
         rig: geometry; a and e are used.

@@ -26,7 +26,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic import InvalidInputError, Rig, virgin_torque
+from symbolic import InvalidInputError, Rig, TurningPoints, virgin_torque
 from symbolic.casadi_functions import BufferedCall
 from symbolic.float_array import Array
 
@@ -145,31 +145,20 @@ def zone_history(psi: Array, least_turn: float = 5e-4) -> ZoneHistory:
         direction=np.array([state.direction for state in states]),
         psi_max=np.where(reversed_once != 0, reversed_once + psi[0], 0.0),
         zones=np.array([state.zones for state in states]),
-        true_zones=3 + 2 * np.array(_depths(angles, least_turn)),
+        true_zones=np.array(_zones_in_memory(angles, least_turn)),
     )
 
 
-def _depths(angles: Iterable[float], least_turn: float) -> list[int]:
-    """Turning points in memory at every sample; angles from rest."""
-    turns: list[float] = []
-    farthest, depths = 0.0, []
+def _zones_in_memory(angles: Iterable[float], least_turn: float) -> list[int]:
+    """Zones by all turning points in memory at every sample; angles from rest."""
+    memory, farthest, zones = TurningPoints(), 0.0, []
     for angle in angles:
-        side = farthest - (turns[-1] if turns else 0.0)
-        if side * (angle - farthest) >= 0:
+        if (farthest - memory.psi[-1]) * (angle - farthest) >= 0:
             farthest = angle
         elif abs(angle - farthest) > least_turn:
-            turns.append(farthest)
-            farthest = angle
-        while turns and _is_beyond_last_reversal(turns, farthest):
+            memory, farthest = memory.with_turn_back(farthest, 0.0), angle
+        while (farthest - memory.closing_angle) * (farthest - memory.psi[-1]) > 0:
             # The curve goes on as if the last loop, or the first reversal, had never been.
-            del turns[-2:]
-        depths.append(len(turns))
-    return depths
-
-
-def _is_beyond_last_reversal(reversals: list[float], extreme: float) -> bool:
-    """True where the angle has gone on beyond the last turning point on its side."""
-    if len(reversals) == 1:
-        return abs(extreme) > abs(reversals[0])
-    before, last = reversals[-2:]
-    return (extreme - before) * (before - last) > 0
+            memory = memory.without_closed_loop()
+        zones.append(memory.zones)
+    return zones

@@ -80,12 +80,7 @@ def bristle_kernel(model: Model) -> CompiledRecordingRun | None:
 
 
 def kernel_source(model: Model) -> str:
-    """The C of a model with bristles.
-
-    Raises:
-        RuntimeError: an effect cannot be written in scalars.
-        BrushgripError: an operation has no C here.
-    """
+    """The C of a model with bristles; RuntimeError or BrushgripError where an effect has no C here."""
     patch, deflection = patch_of(model), deflection_of(model)
     functions = sample_functions(model) | coefficient_functions(model) | step_functions(model)
     if deflection is not None:

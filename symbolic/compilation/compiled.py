@@ -98,7 +98,6 @@ def compiled(function: ca.Function, *, vectorised: bool = False) -> ca.Function:
 
 
 def _warn_once(command: str, line: str) -> None:
-    """Warn once for each compiler."""
     if command not in _WARNED:
         _WARNED.add(command)
         _LOG.warning("brushgrip: %s", line)

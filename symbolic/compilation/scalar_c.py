@@ -82,11 +82,7 @@ def as_real(term: Term) -> str:
 
 
 def c_operation(code: int, terms: Sequence[Term]) -> Term:
-    """C of one operation.
-
-    Raises:
-        BrushgripError: it has no C here.
-    """
+    """C of one operation; BrushgripError where it has none here."""
     if code in LOGIC or (code == ca.OP_IF_ELSE_ZERO):
         conditions = [t.text if t.is_condition else f"({t.text} != 0.0)" for t in terms]
         if code == ca.OP_NOT:
@@ -118,10 +114,9 @@ def c_operation(code: int, terms: Sequence[Term]) -> Term:
 
 
 def needs_variable(code: int, term: Term, uses: int) -> bool:
-    """Whether a term becomes a variable.
+    """Whether a term becomes a variable: used more than once, or longer than `MAX_INLINE_LENGTH`.
 
-    It does if it is used more than once (negations excepted), or if its text is longer than
-    `MAX_INLINE_LENGTH` (choices excepted).
+    Negations are excepted from the first, choices from the second.
     """
     is_long = len(term.text) > MAX_INLINE_LENGTH and code != ca.OP_IF_ELSE_ZERO
     return is_long or (uses > 1 and code != ca.OP_NOT)
@@ -135,10 +130,7 @@ def c_function(
 
     Inputs and outputs of the Function are columns, and their names those of the parameters. `real` is
     the type of every number. Of the inputs, `vectors` are vectors even if they have one element, as an
-    effect's own memory may.
-
-    Raises:
-        BrushgripError: an operation has no C here.
+    effect's own memory may. An operation that has no C here is a BrushgripError.
     """
     function = function.expand()
     writer = _Writer(real)

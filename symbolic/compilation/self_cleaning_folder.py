@@ -22,11 +22,7 @@ PREFIX = f".brushgrip-{re.sub(r'[^A-Za-z0-9]', '', platform.node())[:32]}-"
 
 @contextmanager
 def temporary_folder(parent: Path) -> Iterator[Path]:
-    """An empty folder in this one, which is removed at the end; abandoned ones are removed first.
-
-    Raises:
-        OSError: nothing can be written there.
-    """
+    """An empty folder in this one, removed at the end, abandoned ones first; OSError if it cannot be."""
     folder, lock = claim_folder(parent)
     try:
         yield folder

@@ -37,9 +37,7 @@ def compiler_command(
 def run_compiler(line: Sequence[str], folder: Path) -> None:
     """Run a compiler in a folder, which has its temporary files; an interrupt ends all that it started.
 
-    Raises:
-        OSError: it cannot be started.
-        subprocess.SubprocessError: it fails, or takes too long.
+    OSError where it cannot be started, subprocess.SubprocessError where it fails or takes too long.
     """
     environment = {**os.environ, **dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))}
     silent = subprocess.DEVNULL

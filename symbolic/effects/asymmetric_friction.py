@@ -36,10 +36,9 @@ class AsymmetricFriction(Effect):
 
 
 def weaker_share_below_mean(values: Mapping[str, float]) -> float:
-    """Share of the mean of both directions that the weaker one holds less [1]; 0 where they are alike.
+    """Share of the mean of both directions that the weaker one holds less [1], by values of a model.
 
-    Args:
-        values: of the parameters of a model, by name, with this effect or without.
+    0 where they are alike, as without this effect.
     """
     ratio = values.get(ASYMMETRY_RATIO, 1.0)
     return abs(1 - ratio) / (1 + ratio)

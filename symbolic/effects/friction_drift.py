@@ -1,8 +1,6 @@
 """Friction that changes with the angle turned, counted both ways: it beds in, or wears.
 
-How much belongs to the ground: rubber that beds in on steel need not do so on emery. It drifts with the
-angle turned, not with time. Its family is that of friction over time and travel, and files know it as
-`friction_drift`.
+How much belongs to the ground: rubber that beds in on steel need not do so on emery.
 
 An empirical form; on rubber friction in general: Persson, Sliding Friction, 2nd ed. (2000).
 """

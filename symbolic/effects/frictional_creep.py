@@ -3,7 +3,7 @@
 `rate_friction` takes the speed |x - e| |psi_dot| at which the wheel drives a bristle; here it is the
 speed at which the bristle slides (`symbolic.bristle_slip`). One that the turning wheel still
 loads does not slide yet, and one that is no longer driven creeps on, ever slower, in place of losing
-stress at once. The mu of a model with it is that at 1 mm/s.
+stress at once.
 
 Reference: Rice, Lapusta, Ranjith, Rate and state dependent friction and the stability of sliding between
 elastically deformable solids, J. Mech. Phys. Solids 49 (2001) 1865: the direct effect, linear in log

@@ -89,11 +89,7 @@ def effects_in(module: ModuleType) -> tuple[Effect, ...]:
 
 
 def checked_effects(effects: Iterable[object]) -> tuple[Effect, ...]:
-    """These effects, each with a name of its own that means no other effect of the library.
-
-    Raises:
-        InvalidInputError: see `effects_in`.
-    """
+    """These effects, each of a name that means no other of the library; errors as of `effects_in`."""
     checked: dict[str, Effect] = {}
     for effect in effects:
         if not isinstance(effect, Effect):

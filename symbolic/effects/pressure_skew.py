@@ -6,7 +6,7 @@ Reference: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), on the brush mode
 from dataclasses import dataclass
 
 from symbolic.bristle_patch import BristleTraits
-from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values, with_shape
+from symbolic.effects.base import Effect, Parameter, ResidualSignature, Values, with_shape
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,8 +26,4 @@ class PressureSkew(Effect):
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
         """Tilt the pressure."""
-
-        def factor(u: Expression) -> Expression:
-            return 1 + values["skew"] * u
-
-        return with_shape(traits, factor)
+        return with_shape(traits, lambda u: 1 + values["skew"] * u)

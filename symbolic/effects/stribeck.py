@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from symbolic.bristle_patch import BristleTraits
-from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values, with_limit
+from symbolic.effects.base import Effect, Parameter, ResidualSignature, Values, with_limit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,8 +43,6 @@ class Stribeck(Effect):
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
         """The limit of each bristle follows its own sliding speed, |x - e| |psi_dot|."""
-
-        def factor(speed: Expression) -> Expression:
-            return 1 + (values["ratio"] - 1) * ca.exp(-speed / values["v_s"])
-
-        return with_limit(traits, factor)
+        return with_limit(
+            traits, lambda speed: 1 + (values["ratio"] - 1) * ca.exp(-speed / values["v_s"])
+        )

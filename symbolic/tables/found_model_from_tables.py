@@ -1,8 +1,4 @@
-"""A model that was found, from tables; SI units throughout.
-
-A table is a mapping as the parser of JSON returns it. A message says what is wrong with the table; the
-reader of the file puts its name before, see `symbolic.tables.toml_and_json_parsing.prefix_errors`.
-"""
+"""A model that was found, from tables as the parser of JSON returns them; SI units throughout."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any

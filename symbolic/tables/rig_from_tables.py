@@ -59,11 +59,7 @@ def rig_from_tables(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
 
 
 def refuse_unknown_sections(document: Mapping[str, object], sections: Sequence[str]) -> None:
-    """Check that a file has only these sections.
-
-    Raises:
-        InvalidInputError: there is another one.
-    """
+    """Refuse a file with a section beside these."""
     for name in document:
         if name not in sections:
             allowed = ", ".join(f"[{section}]" for section in sections)
@@ -109,11 +105,8 @@ def rig_and_tyre(
     """Rig and tyre from values out of `RIG_KEYS` by name.
 
     They override those of the nominal ones, of which only `REQUIRED_KEYS` must be known, and tolerances
-    out of `TOLERATED` those of the nominal rig.
-
-    Raises:
-        InvalidInputError: a value is outside its range, or a length is one in millimetres; the message
-            begins with the name of the value.
+    out of `TOLERATED` those of the nominal rig. A value outside its range, or a length in millimetres,
+    is refused; the message begins with its name.
     """
     for name in ("a", "e"):
         if _MAX_LENGTH < abs(values.get(name, 0.0)) < math.inf:

@@ -43,11 +43,7 @@ def quoted_value(value: object) -> str:
 
 
 def decode_text(content: bytes) -> str:
-    """UTF-8 text, without its byte order mark.
-
-    Raises:
-        InvalidInputError: empty, or not UTF-8 text; the message names the row.
-    """
+    """UTF-8 text without its byte order mark; refused where it is empty or not UTF-8, with the row."""
     if not content.strip():
         raise InvalidInputError("is empty")
     try:
@@ -65,11 +61,7 @@ def decode_text(content: bytes) -> str:
 
 
 def parse_toml(content: bytes) -> dict[str, Any]:
-    """The table of a TOML file.
-
-    Raises:
-        InvalidInputError: not UTF-8 text, not TOML, or larger or deeper than a rig needs.
-    """
+    """The table of TOML; refused where not UTF-8, not TOML, larger or deeper than a rig needs."""
     if len(content) > MAX_TABLES_SIZE:
         raise InvalidInputError(f"holds {len(content)} bytes; allowed: up to {MAX_TABLES_SIZE}")
     text = decode_text(content)
@@ -83,11 +75,7 @@ def parse_toml(content: bytes) -> dict[str, Any]:
 
 
 def parse_json(content: bytes) -> Any:
-    """The value of a JSON file.
-
-    Raises:
-        InvalidInputError: not UTF-8 text, not JSON, or an object has one key twice.
-    """
+    """The value of JSON; refused where not UTF-8, not JSON, or with one key twice in an object."""
     try:
         return json.loads(content.decode("utf-8-sig"), object_pairs_hook=_object)
     except InvalidInputError:
@@ -106,11 +94,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def require_number(label: str, value: object) -> None:
-    """Check that an entry is a number, which a truth value is not.
-
-    Raises:
-        InvalidInputError: it is none; the message begins with the label.
-    """
+    """Refuse an entry that is no number, as a truth value; the message begins with the label."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InvalidInputError(f"{label} must be a number, got {quoted_value(value)}")
 
@@ -118,8 +102,7 @@ def require_number(label: str, value: object) -> None:
 def absolute_tolerance(tolerance: object, value: object) -> object:
     """A tolerance such as "20%" in the unit of the value that it is a share of; else as it is.
 
-    Raises:
-        InvalidInputError: it is below 1 and hardly any of the value, as a share without its sign is.
+    One below 1 that is hardly any of the value, as a share without its sign is, is refused.
     """
     share = _PERCENT.fullmatch(tolerance) if isinstance(tolerance, str) else None
     if not isinstance(value, int | float) or not 0 < abs(value) < 1e300:
@@ -137,8 +120,7 @@ def absolute_tolerance(tolerance: object, value: object) -> object:
 def floats(place: str, table: Mapping[str, Any], label: str = "{place}.{name}") -> dict[str, float]:
     """The numbers of a table as floats; messages name the table by its place, an entry by the label.
 
-    Raises:
-        InvalidInputError: an entry is no number, or is too large to compute with.
+    An entry that is no number, or too large to compute with, is refused.
     """
     for name, value in table.items():
         require_number(label.format(place=place, name=name), value)

@@ -96,11 +96,7 @@ def vehicle_from_tables(document: Mapping[str, object]) -> Vehicle:
 
 
 def tyre_width_and_radius(size: object) -> dict[str, float]:
-    """Nominal width and loaded radius of a tyre [m] by its size, such as 195/65 R15.
-
-    Raises:
-        InvalidInputError: it is no size of a tyre.
-    """
+    """Nominal width and loaded radius of a tyre [m] by its size, as 195/65 R15; others are refused."""
     found = _TYRE.fullmatch(size) if isinstance(size, str) else None
     if found is None:
         raise InvalidInputError(

@@ -20,7 +20,7 @@ from observers.measurement.linearisation import (
     state_index,
 )
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
-from observers.patch.effective_friction import build_effective_friction
+from observers.patch.patch_protocol import build_effective_friction
 from observers.patch.update import reset_retention, sensitivity_retention, signals_with_states
 from observers.protocol import SAMPLE
 from observers.quality.innovation_alarms import log_mu_variance_between_grounds
@@ -81,13 +81,11 @@ def retentions(
     *,
     predicted: bool,
 ) -> ca.Function:
-    """(factor, last, now) -> share of the memory's derivative by mu after its walk, and after a reset.
+    """Share of the memory's derivative by mu after its walk, and after a reset.
 
-    With k a state too mu is a further input, and the first share a matrix, column by column, for
-    derivatives by mu and k.
-
-    factor is the symbol of a covariance in the form that the estimator has, variances that covariance;
-    predicted: the variance of ln mu on a new ground adds to that after the walk.
+    With k a state too mu is an input, and the first share a matrix, column by column, for derivatives by
+    mu and k. factor is the symbol of a covariance in the form that the estimator has, variances that
+    covariance; predicted: the variance of ln mu on a new ground adds to that after the walk.
     """
     model, n = observer.measurement_model, len(observer.states)
     last, now = ca.MX.sym("last", len(CLEAN)), ca.MX.sym("now", len(CLEAN))

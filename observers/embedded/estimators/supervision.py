@@ -20,7 +20,7 @@ from observers.embedded.scalar_expansion import (
 from observers.embedded.scalar_type import Real
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named, symbols, vector_of
-from observers.measurement.measurement_model import CLEAN, RIG, has_gear_friction
+from observers.measurement.measurement_model import CLEAN, MIN_LOAD_SHARE, RIG, has_gear_friction
 from observers.protocol import OUTPUT, SAMPLE
 from observers.quality import (
     acquisition,
@@ -47,7 +47,6 @@ def acquisition_functions(observer: ModelObserver, constants: ConstantSubstituti
     if not observer.acquire:
         return []
     patch, model = observer.equivalent_patch, observer.measurement_model
-    contact = build_equivalent_contact(observer.model)
     known = {"friction": [patch.friction]}
     follow = tracking_consistency.build_tracking_consistency(patch, model)
     conclude = acquisition.build_acquisition_decision(patch, model)
@@ -66,13 +65,11 @@ def acquisition_functions(observer: ModelObserver, constants: ConstantSubstituti
         expand_with_constants("conclude", conclude, known),
     ]
     theta = observer.constants[: len(observer.model.coordinates)].tolist()
-    if (added := build_added_torque(observer.model)) is not None:
-        functions.append(expand_with_constants("added_torque", added, {"theta": theta}))
-    if contact is not None:
-        numbers = {"theta": theta, "geometry": [observer.rig.a, observer.rig.e]}
-        functions.append(expand_with_constants("equivalent_contact", contact, numbers))
-    if (angle := build_patch_angle(observer.model)) is not None:
-        functions.append(expand_with_constants("patch_angle", angle, {"theta": theta}))
+    numbers = {"theta": theta, "geometry": [observer.rig.a, observer.rig.e]}
+    for build in (build_added_torque, build_equivalent_contact, build_patch_angle):
+        if (function := build(observer.model)) is not None:
+            used = {name: numbers[name] for name in function.name_in() if name in numbers}
+            functions.append(expand_with_constants(function.name(), function, used))
     return [*functions, _observe_torque(observer, constants)]
 
 
@@ -183,7 +180,7 @@ def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str
         "added_torque": build_added_torque(observer.model) is not None,
         "contact": build_equivalent_contact(observer.model) is not None,
         "has_gap": build_patch_angle(observer.model) is not None,
-        "gear_spread": repr(float(model.gear_spread)),
+        "gear_spread": repr(float(model.gear_spread)), "least_load": MIN_LOAD_SHARE,
         "interval": f"{terms['newest_last']}[{CLEAN.index('interval')}]",
         "dry": f"{terms['newest_last']}[{CLEAN.index('dry')}]",
         "dry_std": f"{terms['newest_last']}[{CLEAN.index('dry_std')}]",

@@ -1,8 +1,4 @@
-"""Expressions of the effects on a patch, as Functions of scalars for generated C.
-
-Once a sample: what is the same for the whole patch. For each bristle: its pressure, where the patch
-grows, and the factors on its limit. All of it comes from the hooks of `symbolic.Effect`.
-"""
+"""The effects on a patch, by the hooks of `symbolic.Effect`, as Functions of scalars for generated C."""
 
 from dataclasses import dataclass
 from functools import cached_property

@@ -17,7 +17,7 @@ from brushgrip.estimation.assumed_and_found_friction import (
 from brushgrip.estimation.friction_budget import declared_values_in_words
 from brushgrip.inputs.command_inputs import gather_inputs
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
-from symbolic.vehicle.rack_pinion_ratio import pinion_of_rack
+from symbolic.vehicle.steering import pinion_of_rack
 from tests.brushgrip.factories import make_diagnosis
 from tests.brushgrip.helpers import Run, table_of
 from tests.columns import write_columns

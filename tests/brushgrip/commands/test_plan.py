@@ -13,7 +13,7 @@ import pytest
 import observers
 from brushgrip.outputs import plan_texts
 from symbolic import Model, Rig
-from symbolic.vehicle.rack_pinion_ratio import pinion_of_rack
+from symbolic.vehicle.steering import pinion_of_rack
 from tests.brushgrip.helpers import Outcome, Run, table_of
 from tests.each_once import each_once
 from tests.simulated_car import declared_vehicle, vehicle_text

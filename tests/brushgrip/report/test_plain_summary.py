@@ -25,7 +25,7 @@ from identification.diagnosis.from_search import BEYOND_RANGE
 from identification.diagnosis.graded_effects import ASSUMED, assumed_tolerances_note
 from identification.residuals.repeatability import Repeatability
 from observers.planning.uncertainty_budget import SLOPE
-from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD
+from observers.tuning import OF_LENGTHS, OF_LOAD
 from symbolic import Model, Rig, effects_named
 from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome, make_track
 

@@ -16,8 +16,7 @@ from symbolic.vehicle.mean_wheel import (
     equivalent_contact_angle,
     wheel_of_rack,
 )
-from symbolic.vehicle.rack_pinion_ratio import rack_of_pinion
-from symbolic.vehicle.steering import mean_angle, pinion_angle, rack_force
+from symbolic.vehicle.steering import mean_angle, pinion_angle, rack_force, rack_of_pinion
 from tests.compile_once import compile_once
 from tests.observers.embedded.conftest import Generate, Unpacked
 from tests.observers.embedded.cortex.target import M4F, TOOLS, run_on, tools_installed

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from observers import Ekf, Plan, SteeringLimits, plan, profile, run
-from observers.planning import noisy_forecast
 from observers.planning.forecast import Forecaster
 from observers.planning.plan import _Search
 from observers.planning.steering_path import fastest_path
@@ -38,7 +37,7 @@ def test_a_plan_stays_within_the_limits(planned: Plan) -> None:
 def test_a_path_that_reaches_no_more_ends_where_the_torque_is_too_great(
     torque: float, acquiring: Ekf, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(noisy_forecast, "MOST_NOISE", 0.0)
+    monkeypatch.setattr("observers.planning.forecast.MOST_NOISE", 0.0)
     limits = SteeringLimits(angle=0.3, rate=0.4, time=6.0, torque=torque)
     planned = plan(acquiring, 0.076, limits, LOAD, mus=(0.06, 0.9), coarse=True)
     (ice, dry), most = planned.reached, np.abs(planned.forecasts[1].torque)

@@ -9,7 +9,7 @@ import pytest
 from observers import Ekf, Estimates, Tuning, run, uncertainty_budget
 from observers.planning.steering_path import SteeringPath, fastest_path
 from observers.planning.uncertainty_budget import REST, SLOPE
-from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD
+from observers.tuning import OF_LENGTHS, OF_LOAD
 from symbolic import InvalidInputError, Tolerances
 from symbolic.float_array import Array
 from tests.observers.planning.conftest import LOAD, observe_on_rig

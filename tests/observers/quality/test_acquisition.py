@@ -30,8 +30,7 @@ from observers.quality.mu_over_k_hypotheses import (
     hypothesis_states,
     variance_of,
 )
-from observers.quality.tuning_from_tolerances import tuning_with_tolerances
-from observers.tuning import Tuning
+from observers.tuning import Tuning, tuning_with_tolerances
 from reference_rig import (
     RigTyre,
     constant_friction,

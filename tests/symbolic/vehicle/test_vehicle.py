@@ -17,8 +17,15 @@ from symbolic.vehicle.mean_wheel import (
     equivalent_contact_angle,
     friction_uncertainties,
 )
-from symbolic.vehicle.rack_pinion_ratio import pinion_of_rack, rack_of_pinion
-from symbolic.vehicle.steering import jacking_torque, lever, mean_angle, rack_force, rack_position
+from symbolic.vehicle.steering import (
+    jacking_torque,
+    lever,
+    mean_angle,
+    pinion_of_rack,
+    rack_force,
+    rack_of_pinion,
+    rack_position,
+)
 from tests.refusal import refused
 
 CAR = Vehicle(front_axle_load=8000.0, tyre_width=0.2, pressure=2.4e5, wheelbase=2.6, track=1.5)

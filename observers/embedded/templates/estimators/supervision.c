@@ -207,7 +207,7 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
     ${real} loads[2]; %% if contact
     ${real} behind, zero_std; %% if has_gap
     ${real} block[${block}]; %% if block
-    const bool lifted = is_known(sample[2]) && !(sample[2] >= ${tracking.MIN_LOAD_SHARE} * state->own[OWN_F_N_FIRST]);
+    const bool lifted = is_known(sample[2]) && !(sample[2] >= ${least_load} * state->own[OWN_F_N_FIRST]);
     const bool tracked = state->own[OWN_ACQUIRING] == 0.0, lost = state->own[OWN_LOST] != 0.0;
     const bool changed = ((status & ${NAME}_RESET) != 0) || lost;
     if (is_known(sample[2]) && !lifted) {

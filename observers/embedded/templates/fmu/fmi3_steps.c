@@ -18,24 +18,16 @@ FMI3(fmi3Instance, InstantiateCoSimulation)(fmi3String name, fmi3String token, f
     return NULL;
 }
 
-FMI3(fmi3Instance, InstantiateModelExchange)(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
-                                            fmi3Boolean logging, fmi3InstanceEnvironment environment,
-                                            fmi3LogMessageCallback logger) {
+%% for kind, further in (("ModelExchange", ""), ("ScheduledExecution", ", fmi3ClockUpdateCallback update, fmi3LockPreemptionCallback lock, fmi3UnlockPreemptionCallback unlock"))
+FMI3(fmi3Instance, Instantiate${kind})(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
+                                       fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger${further}) {
     (void)name, (void)token, (void)resources, (void)visible, (void)logging;
+    ${unused(further)} %% if further
     if (logger != NULL) logger(environment, fmi3Error, "logStatusError", "only co-simulation is offered");
     return NULL;
 }
 
-FMI3(fmi3Instance, InstantiateScheduledExecution)(fmi3String name, fmi3String token, fmi3String resources,
-                                                 fmi3Boolean visible, fmi3Boolean logging,
-                                                 fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger,
-                                                 fmi3ClockUpdateCallback update, fmi3LockPreemptionCallback lock,
-                                                 fmi3UnlockPreemptionCallback unlock) {
-    (void)name, (void)token, (void)resources, (void)visible, (void)logging, (void)update, (void)lock, (void)unlock;
-    if (logger != NULL) logger(environment, fmi3Error, "logStatusError", "only co-simulation is offered");
-    return NULL;
-}
-
+%% endfor
 FMI3(fmi3Status, EnterInitializationMode)(fmi3Instance c, fmi3Boolean tolerance_given, fmi3Float64 tolerance,
                                          fmi3Float64 start, fmi3Boolean stop_given, fmi3Float64 stop) {
     (void)tolerance_given, (void)tolerance, (void)stop_given, (void)stop;

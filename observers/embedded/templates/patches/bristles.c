@@ -218,31 +218,12 @@ static ${real} balanced_torque(${real} rigid, ${real} slope, ${real} F_N) {
 
 %% endif
 static void begin_patch(${name}_patch_t *patch, const ${real} *signals, ${real} mu) {
-    int32_t i;
-    for (i = 0; i < BRISTLES; ++i) {
-%% for part in parts
-        patch->${part}[i] = 0.0;
-        patch->${part}_by_mu[i] = 0.0;
-        patch->${part}_by_k[i] = 0.0; %% if by_k
-%% endfor
-        patch->follows[i] = 0.0; %% if compliant
-    }
-%% if compliant
-    patch->further = 0.0;
-    patch->further_by_mu = 0.0;
-    patch->angle_by_mu = 0.0;
-    patch->M_z_by_mu = 0.0;
-    patch->slope = ${stiff};
-    patch->further_by_k = 0.0; %% if by_k
-    patch->angle_by_k = 0.0; %% if by_k
-    patch->M_z_by_k = 0.0; %% if by_k
-    patch->gain = 0.0; %% if relaxation
-%% endif
+    (void)memset(patch, 0, sizeof *patch);
+    patch->slope = ${stiff}; %% if compliant
     initial_memory(signals, &patch->angle${", patch->own" if own else ""});
     patch->retained = 1.0;
     patch->mu = mu;
     patch->stiffness = 1.0; %% if by_k
-    patch->M_z = 0.0;
 }
 
 /* Every bristle after a turn, its derivative by mu at that turn${", and by how much it follows the turn" if compliant}.

@@ -1,16 +1,4 @@
 
-/* Stores the patch with a sample. */
-static void store_patch(${name}_state_t *state, int32_t at) {
-    const ${name}_patch_t *patch = &state->patch;
-    int32_t i;
-    state->slope[at] = patch->rest - patch->angle;
-    state->corners[at] = (int8_t)patch->corners;
-    for (i = 0; i < patch->corners; ++i) {
-        state->xi[at][i] = patch->xi[i];
-        state->d[at][i] = patch->d[i];
-    }
-}
-
 /* M_z [N m] of a sample at mu, and its derivatives by mu and by k over its nominal value. */
 static void kept_torque(const ${name}_state_t *state, int32_t at, ${real} mu, ${real} stiffness, ${real} *torque) {
     const ${name}_patch_t *patch = &state->patch; %% if rig_at_run_time
@@ -30,9 +18,10 @@ static void kept_torque(const ${name}_state_t *state, int32_t at, ${real} mu, ${
 %% include "patches/begin_kept.c"
 /* Advances the patch to the signals of a sample, and stores what the window keeps of it. */
 static void follow_sample(${name}_state_t *state, int32_t at, const ${real} *signals, ${real} mu, ${real} stiffness, const ${real} *retention, ${real} *slide) {
-    const ${name}_patch_t *patch = &state->patch; %% if rig_at_run_time
+    const ${name}_patch_t *patch = &state->patch;
     const ${real} k = ${k} * stiffness, scale = mu / k;
     ${real} beside[2] = {0.0, 0.0};
+    int32_t i;
     (void)retention;
     turn_to_sample(&state->patch, signals, scale, beside, slide);
 %% if angle_is_state
@@ -43,6 +32,11 @@ static void follow_sample(${name}_state_t *state, int32_t at, const ${real} *sig
         state->angle[at] = signals[0];
     }
 %% endif
-    store_patch(state, at);
+    state->slope[at] = patch->rest - patch->angle;
+    state->corners[at] = (int8_t)patch->corners;
+    for (i = 0; i < patch->corners; ++i) {
+        state->xi[at][i] = patch->xi[i];
+        state->d[at][i] = patch->d[i];
+    }
     state->beside[at] = beside[0]; %% if effects
 }

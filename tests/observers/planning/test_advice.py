@@ -4,8 +4,8 @@ from typing import Any
 import pytest
 
 from observers import Ekf, Estimate, Status, SteeringLimits
+from observers.planning.advice import foreseen_reason, irreducible_reason, time_over_reason
 from observers.planning.forecast import percent_beside
-from observers.planning.stop_reasons import foreseen_reason, irreducible_reason, time_over_reason
 from tests.observers.planning.conftest import LOAD
 
 LIMITS = SteeringLimits(angle=0.2, time=6.0)
