@@ -56,7 +56,10 @@ class EstimateRequest(ModelRunRequest):
     directions; with --model nothing checks the scale.
 
     Several recordings go to OUT_<recording>.csv, without pictures, and to rows of --summary. There
-    friction is that of the last usable sample, at last_usable [s]; changes counts changes of the ground.
+    friction is that of the last usable sample, at last_usable [s], and steadily usable from steady_from
+    on, without a gap of more than 0.5 s (first_usable may be of a ground before); changes counts changes
+    of the ground. upper_limit is 1 where mu_eff is only that: below 0.15, with noise or dry friction of
+    the sensor not declared.
     usable, informed and the flags are shares, 0 to 1, of the samples with a torque, whose number is
     measured; implausible is that of all samples, and wide that of samples without a flag whose deviation
     of mu is too large to be informed. What is wrong with a recording stands in its row as fault; the
@@ -103,8 +106,8 @@ class EstimateRequest(ModelRunRequest):
             estimate_all,
             output_files_beside_tables,
             task_executor,
-            write_summary,
         )
+        from brushgrip.running.summary_table import write_summary
         from symbolic import InvalidInputError
 
         tuning = chosen_tuning(self.tuning, self.tune)

@@ -138,6 +138,7 @@ def test_the_table_says_what_a_single_recording_says(
         single = run("estimate", "--rig", rig, path).out
         assert all(text and text in single for text in texts)
     alone = run("estimate", "--rig", rig, paths[1]).out
+    assert [rows_of(table)[path.stem]["upper_limit"] for path in paths] == ["1", ""]
 
     (row,) = (line for line in printed.splitlines() if line.startswith("│ doubted "))
     remark = row.split("│")[-2].strip()
