@@ -70,7 +70,8 @@ OF_CAR = {
     " 0.1: with more, friction is hardly acquired": "or declare a greater force_error or force_noise",
     "a, F_N and k": "front_axle_load, half_length and stiffness",
     **dict.fromkeys(("k, a, F_N", "k, a and F_N"), "front_axle_load, half_length and stiffness"),
-    "k (stiffness of a vehicle)": "stiffness",
+    "then k": "then stiffness",
+    "correct k": "correct stiffness",
     " (brushgrip identify)": "",
     "(brushgrip diagnose)": "(brushgrip diagnose --vehicle)",
 }

@@ -1,7 +1,7 @@
 """What is told of recordings beside their friction, in a table and counted."""
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import product
 from math import nan
 from statistics import median
@@ -28,6 +28,8 @@ FIGURES = re.compile(
 """Times in a remark, which differ between recordings."""
 OVER_LOAD = "by the model friction changes with the load"
 """How the remark on the load that friction belongs to begins."""
+MAP = ": --map "
+"""What goes before a map that is proposed."""
 BETWEEN = " | "
 """Between two remarks of a row."""
 
@@ -48,8 +50,9 @@ def recording_remark(estimates: Estimates, why: str, note: str, *, of_way: bool 
 
 
 def remark_heads(text: str) -> list[str]:
-    """Each remark of a row in short; why friction is not known, with what to do first."""
-    heads = [one.partition("; ")[0] for one in text.split(BETWEEN) if one]
+    """Each remark of a row in short; why friction is not known, with what to do first or the map."""
+    each = [one for one in text.split(BETWEEN) if one]
+    heads = [one if MAP in one else one.partition("; ")[0] for one in each]
     return [one if one.startswith("not known") else one.partition(": ")[0] for one in heads]
 
 
@@ -69,6 +72,20 @@ def remark_counts(rows: Sequence[Mapping[str, Any]], *, named: bool = False) -> 
         f"{len(own)} of {len(rows)}: {kind}" + f" ({', '.join(own)})" * (named and len(own) <= MAX_NAMED)
         for kind, own in sorted(names.items(), key=lambda one: -len(one[1]))
     )
+
+
+def with_map_of_its_own(row: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The row of a recording without friction; a map that it proposes is for this recording alone."""
+    own = f"; for this recording alone{MAP}"
+    return {**row, **{name: row.get(name, "").replace(MAP, own, 1) for name in ("fault", "remark")}}
+
+
+def causes_without_friction(rows: Iterable[Mapping[str, Any]]) -> Iterator[str]:
+    """A line for each recording that could not be estimated, or whose friction is not known."""
+    for row in rows:
+        if row["fault"] or not is_figure(row["mu_eff"]):
+            begin = f"{row['recording']}: "
+            yield begin + (row["fault"].removeprefix(begin) or row["remark"])
 
 
 def usual_duration(durations: Collection[float]) -> float:

@@ -51,8 +51,8 @@ def row_of(seen: Estimates) -> dict[str, Any]:
             {"last": 0, "std": 0.3},
             "friction is not known, usable in 0 % of 4 samples; 2 samples not usable: the deviation of"
             " mu is 29 % of mu, too much to act on: turn further, and where that does not help, correct"
-            " k (stiffness of a vehicle) or narrow its tolerance (brushgrip identify), or find what the"
-            " model lacks (brushgrip diagnose)",
+            " k or narrow its tolerance (brushgrip identify), or find what the model lacks (brushgrip"
+            " diagnose)",
         ),
         (
             {"last": 0, "std": np.nan},
@@ -205,7 +205,11 @@ def test_noise_goes_first_and_a_slower_torque_is_no_fault() -> None:
     assert "does not explain the torque: declare it" in estimates_summary(alien, "declare it")
     assert "raise error of the tuning to 0.1 (--tune error=0.1): with more" in estimates_summary(alien)
     of_car = estimates_summary(alien, of_car=True)
-    assert "too small: find what the model lacks (brushgrip diagnose --vehicle), check units" in of_car
+    assert "too small: the ground may just have changed, which is then learnt anew by itself" in of_car
+    assert "; where it lasts, find what the model lacks (brushgrip diagnose --vehicle), check" in of_car
+    slow = rising(*[Status.ACQUIRING] * 4, last=0)
+    assert estimates_summary(slow).endswith(", then k")
+    assert estimates_summary(slow, of_car=True).endswith(", then stiffness")
     assert of_car.endswith("or declare a greater force_error or force_noise")
     assert "0.1" not in of_car.partition("not usable")[2]
     assert "; 2 samples not usable: no measurement" in estimates_summary(slower)
