@@ -117,8 +117,8 @@ _REMEDIES = {
     " iterations",
     Status.NO_ROOT: "no mu explains the torque, the nearest was taken: check k and a, or use Ekf or Mhe",
     Status.INCONSISTENT: "model and stated error do not explain the torque, mu_std is too small: the"
-    " ground may just have changed, which is then learnt anew by itself; where it lasts, find what the"
-    " model lacks (brushgrip diagnose), check units, a, F_N and k, declare the torque's noise"
+    " ground may just have changed, which is then learnt anew by itself, and where it lasts, find what"
+    " the model lacks (brushgrip diagnose), check units, a, F_N and k, declare the torque's noise"
     " ([sensor] noise), try --by-direction, or raise error of the tuning to 0.1: with more, friction is"
     " hardly acquired",
     Status.IMPLAUSIBLE: "a value is beyond its limit or psi jumps, and is left out: check the sensor and"

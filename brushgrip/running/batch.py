@@ -188,8 +188,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     if at is None:
         told.append("" if why == cause else cause)
     elif (car := recording.standstills) is None:
-        note = undeclared_sensor_note(float(estimates.mu_eff[at]), recording.rig)
-        told.append(note)
+        told.append(note := undeclared_sensor_note(float(estimates.mu_eff[at]), recording.rig))
     else:
         note = "" if car.speed_recorded else STANDS
         brakes = car.brakes[int(car.stretch[at])]
@@ -208,9 +207,8 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     doubts = [doubt for doubt in doubts if doubt != cause]
     note = BETWEEN.join(filter(None, (note, *doubts)))
     lines = (f"{recording.name}: {line}" for line in (*told, *doubts) if line)
-    beside = recording_remark(
-        estimates, cause if cause and at is None else why * (number > 0), note, of_way=by_direction
-    )
+    why = cause if cause and at is None else why * (number > 0)
+    beside = recording_remark(estimates, why, note, of_way=by_direction)
     row = {**summary_row(recording, estimates, beside), **directed}
     return EstimateOutcome(row=row, lines=tuple(lines))
 

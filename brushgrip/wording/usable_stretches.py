@@ -53,9 +53,9 @@ def steady_from(t: Array, usable: NDArray[np.bool_], begin: int) -> int:
 
     Up to the last usable sample, of which there has to be one; usable as of `held_usable`.
     """
-    known = begin + np.flatnonzero(usable[begin:])
-    gaps = np.flatnonzero((np.diff(known) > 1) & (np.diff(t[known]) > HOLD))
-    return int(known[gaps[-1] + 1 if gaps.size else 0])
+    told = begin + np.flatnonzero(usable[begin:])
+    gaps = np.flatnonzero((np.diff(told) > 1) & (np.diff(t[told]) > HOLD))
+    return int(told[gaps[-1] + 1 if gaps.size else 0])
 
 
 def usable_since(estimates: Estimates) -> tuple[float, bool]:

@@ -206,7 +206,9 @@ def test_noise_goes_first_and_a_slower_torque_is_no_fault() -> None:
     assert "raise error of the tuning to 0.1 (--tune error=0.1): with more" in estimates_summary(alien)
     of_car = estimates_summary(alien, of_car=True)
     assert "too small: the ground may just have changed, which is then learnt anew by itself" in of_car
-    assert "; where it lasts, find what the model lacks (brushgrip diagnose --vehicle), check" in of_car
+    assert (
+        " and where it lasts, find what the model lacks (brushgrip diagnose --vehicle), check" in of_car
+    )
     slow = rising(*[Status.ACQUIRING] * 4, last=0)
     assert estimates_summary(slow).endswith(", then k")
     assert estimates_summary(slow, of_car=True).endswith(", then stiffness")
