@@ -1,13 +1,14 @@
 """Turn until a new ground is known, and alarms where the ground stays, on the independent rig.
 
-    python benchmarks/ground_changes.py
+    python benchmarks/ground_changes.py [--bristles N]
 
 prints how long an estimate stays usable and wrong after a change while a hand turns the wheel, and when
 it is usable and right again: default tuning and tolerances, k of the truth drawn within its own. With
-`--steady` friction rises or falls all the time, by the same share a second.
+`--steady` friction rises or falls all the time, by the same share a second; with `--bristles N` by
+bristles in place of the exact patch, N recordings of each from M_z.
 """
 
-import argparse
+from argparse import ArgumentParser
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import partial
@@ -66,14 +67,16 @@ def changes(tuning: str) -> None:
             )
 
 
-def by_hand(before: float, after: float, torque: str = "M_z") -> None:
+def by_hand(before: float, after: float, torque: str = "M_z", *, bristles: int = 0) -> None:
     """A line for a change, at a time that is drawn, while a hand turns the wheel, from M_z or M.
 
-    Only runs count that are usable just before the change.
+    With bristles in so many runs, if any. Only runs count that are usable just before the change.
     """
-    seeds = range(FIRST_SEED, FIRST_SEED + HAND_RUNS[torque])
+    seeds = range(FIRST_SEED, FIRST_SEED + (bristles or HAND_RUNS[torque]))
     with ProcessPoolExecutor() as pool:
-        found = list(pool.map(partial(_run_by_hand, torque, before, after), seeds, chunksize=4))
+        found = list(
+            pool.map(partial(_run_by_hand, torque, before, after, bool(bristles)), seeds, chunksize=4)
+        )
     rows = [row for row in found if row is not None]
     wrong, turned, again = np.array(rows).T
     print(
@@ -87,7 +90,7 @@ def by_hand(before: float, after: float, torque: str = "M_z") -> None:
 
 
 def _run_by_hand(
-    torque: str, before: float, after: float, seed: int
+    torque: str, before: float, after: float, bristles: bool, seed: int
 ) -> tuple[float, float, float] | None:
     """`_after_change` of one run; None where it is not usable just before the change."""
     rng = np.random.default_rng(seed)
@@ -99,7 +102,9 @@ def _run_by_hand(
     else:
         made = make_ground_recording(seed, friction, tyre=tyre, duration=HAND_LENGTH)
     sensing = SteeringTorque() if torque == "M" else AligningTorque()
-    observer = Ekf(model=Model(), values={"k": K}, rig=RIG, measurement_model=sensing)
+    observer = Ekf(
+        model=Model(discretised=bristles), values={"k": K}, rig=RIG, measurement_model=sensing
+    )
     found = run(observer, **columns_of(made))
     late = int(np.searchsorted(made.t, when))
     return _after_change(made, found, late) if found.usable[late - 1] else None
@@ -174,14 +179,17 @@ def false_alarms(tuning: str, seconds: int) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = ArgumentParser(description=__doc__)
     parser.add_argument("--steady", action="store_true")
-    if parser.parse_args().steady:
-        for how in STEADILY:
-            for change in STEADY:
-                steadily(*change, how)
+    parser.add_argument("--bristles", type=int, default=0)
+    options = parser.parse_args()
+    bristles = options.bristles
+    for how in STEADILY if options.steady else ():
+        for change in STEADY:
+            steadily(*change, how)
+    if options.steady:
         raise SystemExit
     for pair in BY_HAND:
-        by_hand(*pair)
-    for pair in STEERED:
+        by_hand(*pair, bristles=bristles)
+    for pair in () if bristles else STEERED:
         by_hand(*pair, torque="M")

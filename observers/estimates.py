@@ -71,12 +71,14 @@ class Estimates:
         """The same as a table, with when friction was known and what was odd."""
         if not self.t.size:
             return html_table("Estimates of no sample", [])
-        known = np.flatnonzero(self.usable)
-        since = (
-            f"from {self.t[known[0]]:g} s, {known.size} of {self.measured.sum()} samples with a torque"
-            if known.size
-            else "never"
-        )
+        known, changes = np.flatnonzero(self.usable), np.flatnonzero(self.status & Status.RESET)
+        on_last = known[known >= changes[-1]] if changes.size else known
+        since = "never"
+        if known.size:
+            since = f"{known.size} of {self.measured.sum()} samples with a torque"
+            ground = f"on the ground since {self.t[changes[-1]]:g} s " if changes.size else ""
+            when = f"from {self.t[on_last[0]]:g} s" if on_last.size else "never"
+            since = f"{ground}{when}, {since}"
         flags = [(flag, np.count_nonzero(self.status & flag.value)) for flag in Status if flag.value]
         odd = ", ".join(f"{flag.name} {count}" for flag, count in flags if count)
         rows = [

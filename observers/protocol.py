@@ -116,14 +116,15 @@ _REMEDIES = {
     Status.UNSETTLED: "the last Gauss-Newton step moved mu by more than its standard deviation: raise"
     " iterations",
     Status.NO_ROOT: "no mu explains the torque, the nearest was taken: check k and a, or use Ekf or Mhe",
-    Status.INCONSISTENT: "model and stated error do not explain the torque, mu_std is too small: find"
-    " what the model lacks (brushgrip diagnose), check units, a, F_N and k, declare the torque's noise"
+    Status.INCONSISTENT: "model and stated error do not explain the torque, mu_std is too small: the"
+    " ground may just have changed, which is then learnt anew by itself, and where it lasts, find what"
+    " the model lacks (brushgrip diagnose), check units, a, F_N and k, declare the torque's noise"
     " ([sensor] noise), try --by-direction, or raise error of the tuning to 0.1: with more, friction is"
     " hardly acquired",
     Status.IMPLAUSIBLE: "a value is beyond its limit or psi jumps, and is left out: check the sensor and"
     " its declared range, or raise the limits of the tuning",
     Status.ACQUIRING: "friction is being acquired: turn on, or turn back once, and where that does not"
-    " help, check the torque's unit and gear, then k (stiffness of a vehicle)",
+    " help, check the torque's unit and gear, then k",
     Status.SUSPECT: "an input looks wrong by its unit, its sign, its gear or its sensor, or k, a and F_N"
     " do not belong to this tyre: correct it, and declare a k with its tolerance only if other means"
     " than this torque measured it",
@@ -143,7 +144,7 @@ def uninformed_remedy(relative_std: float) -> str:
         return "the patch has not slid far enough to tell friction: turn further"
     return (
         f"the deviation of mu is {100 * relative_std:.0f} % of mu, too much to act on: turn further,"
-        " and where that does not help, correct k (stiffness of a vehicle) or narrow its tolerance"
+        " and where that does not help, correct k or narrow its tolerance"
         " (brushgrip identify), or find what the model lacks (brushgrip diagnose)"
     )
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -56,7 +57,10 @@ class EstimateRequest(ModelRunRequest):
     directions; with --model nothing checks the scale.
 
     Several recordings go to OUT_<recording>.csv, without pictures, and to rows of --summary. There
-    friction is that of the last usable sample, at last_usable [s]; changes counts changes of the ground.
+    friction is that of the last usable sample, at last_usable [s], and steadily usable from steady_from
+    on, without a gap of more than 0.5 s (first_usable may be of a ground before); changes counts changes
+    of the ground. upper_limit is 1 where mu_eff is only that: below 0.15, with noise or dry friction of
+    the sensor not declared.
     usable, informed and the flags are shares, 0 to 1, of the samples with a torque, whose number is
     measured; implausible is that of all samples, and wide that of samples without a flag whose deviation
     of mu is too large to be informed. What is wrong with a recording stands in its row as fault; the
@@ -103,8 +107,8 @@ class EstimateRequest(ModelRunRequest):
             estimate_all,
             output_files_beside_tables,
             task_executor,
-            write_summary,
         )
+        from brushgrip.running.summary_table import write_summary
         from symbolic import InvalidInputError
 
         tuning = chosen_tuning(self.tuning, self.tune)
@@ -165,6 +169,8 @@ class EstimateRequest(ModelRunRequest):
         from brushgrip.report.printed_results import say_model_ground
         from brushgrip.wording.diagnosis_in_words import taken_from_model
         from brushgrip.wording.recording_remarks import (
+            MAX_NAMED,
+            causes_without_friction,
             friction_of_grounds,
             friction_range,
             printed_rows,
@@ -173,6 +179,7 @@ class EstimateRequest(ModelRunRequest):
         from symbolic import InvalidInputError
 
         faults = sum(bool(row["fault"]) for row in rows)
+        causes = list(islice(causes_without_friction(rows), MAX_NAMED + 1))
         if found is not None:
             say(f"From {self.model}: {taken_from_model(found)}.")
             told = (row for row in rows if not row["fault"])
@@ -189,14 +196,19 @@ class EstimateRequest(ModelRunRequest):
             for line in friction_of_grounds(rows):
                 say(line)
             say(f"estimated {len(rows) - faults} of {len(rows)} recordings; {friction_range(rows)}")
-            if counts := remark_counts(rows, named=bool(self.summary) and len(rows) > MAX_PRINTED):
+            unprinted = bool(self.summary) and len(rows) > MAX_PRINTED
+            if counts := remark_counts(rows, named=unprinted):
                 say(counts)
+            if unprinted and len(causes) <= MAX_NAMED:
+                for line in causes:
+                    say(line)
         if finals:
             say(f"wrote {' and '.join(map(str, finals))}")
         show_json(rows)
         if faults:
-            first = next(row for row in rows if row["fault"])
-            raise InvalidInputError(
-                f"{faults} of {len(rows)} recordings could not be estimated; the first is"
-                f" {first['recording']}: {first['fault']}"
-            )
+            failed = (row for row in rows if row["fault"])
+            which = f"; the first is {next(causes_without_friction(failed))}"
+            if faults > 1 and len(causes) <= MAX_NAMED:
+                names = (str(row["recording"]) for row in rows if row["fault"])
+                which = f": {', '.join(names)}; the causes are above"
+            raise InvalidInputError(f"{faults} of {len(rows)} recordings could not be estimated{which}")

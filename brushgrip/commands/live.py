@@ -66,7 +66,7 @@ class LiveRequest:
     ] = None
     target: Annotated[
         str | None,
-        option("--target", "SHARE", "Advise where to turn until friction is known to it, as 5%."),
+        option("--target", "SHARE", "Advise where to turn until friction is known to it, as 10%."),
     ] = None
     limit: Annotated[
         list[str] | None, option("--limit", "NAME=VALUE", "What the wheel may do then, as of plan.")

@@ -49,9 +49,9 @@ class PlanRequest:
     target: Annotated[
         str,
         option(
-            "--target", "SHARE", "Standard deviation over mu, half of the 95 % band; 5% if left out."
+            "--target", "SHARE", "Standard deviation over mu, half of the 95 % band; 10% if left out."
         ),
-    ] = "5%"
+    ] = "10%"
     limit: Annotated[
         list[str] | None,
         option(
@@ -149,6 +149,8 @@ class PlanRequest:
         of, unit = ("handwheel, ", "deg") if car else ("", "rad")
         headings = ("mu", f"{of}travel [{unit}]", "time [s]", f"{of}angle [{unit}]", "sigma/mu")
         title = f"until sigma/mu is {planned.target:.1%} (95 % band ± {2 * planned.target:.0%} of mu)"
+        if counts_k:
+            say("k counts as a state: give estimate, and codegen, --stiffness-state too")
         print_table(title, headings, rows_by_ground(planned, car), right=True)
         say("one path for all grounds: on most its first turns do; stop once friction is as good")
         if planned.reasons:
@@ -157,8 +159,6 @@ class PlanRequest:
         else:
             of_torque = "" if car else f" of {noise:.2g} N m"
             say(f"this is enough in {ENOUGH} of {RUNS} simulated runs, noise{of_torque} on the torque")
-        if counts_k:
-            say("k counts as a state: estimate, and codegen, with --stiffness-state")
         if car:
             if declared := declared_values_in_words(car, brakes=car.brakes):
                 say(declared)
@@ -173,6 +173,6 @@ class PlanRequest:
         if planned.reasons:
             missed = (mu for mu, at in zip(planned.mus, planned.reached, strict=True) if at is None)
             raise BrushgripError(
-                f"no path within the limits reaches {planned.target:.1%} on mu ="
-                f" {', '.join(f'{mu:g}' for mu in missed)}; the best one was found"
+                f"no path within the limits reaches {planned.target:.1%} in {ENOUGH} of {RUNS} simulated"
+                f" runs on mu = {', '.join(f'{mu:g}' for mu in missed)}; the best one was found"
             )

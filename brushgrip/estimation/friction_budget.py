@@ -6,7 +6,7 @@ import numpy as np
 
 from brushgrip.estimation.observe_recording import ObserverFactory, run_arguments, with_mean_wheel
 from brushgrip.wording.formatting import listed
-from brushgrip.wording.friction_in_words import last_usable
+from brushgrip.wording.usable_stretches import last_usable
 from identification import FoundModel, Recording
 from observers import Ekf, Estimates, uncertainty_budget
 from observers.estimates import BAND_STDS

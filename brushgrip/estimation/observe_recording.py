@@ -15,7 +15,7 @@ from brushgrip.estimation.friction_by_direction import (
 from brushgrip.estimation.signal_map_remedy import in_channels
 from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.inputs.option_values import ChosenTuning
-from brushgrip.wording.friction_in_words import last_uncontradicted
+from brushgrip.wording.usable_stretches import held_usable, last_uncontradicted, steady_from
 from identification import FoundModel, Recording, Standstills
 from identification.fits.least_squares_problem import begins_at_zero
 from observers import (
@@ -45,10 +45,6 @@ ObserverFactory = Callable[[Recording, FoundModel | None], Observer]
 """Builds the observer for a recording, on the model that a diagnosis found or (None) the declared."""
 Aligning = AligningTorque | DirectionalFriction
 """How an observer of a wheel on a rig measures M_z."""
-
-
-HOLD = 0.5
-"""Time for which a usable friction is kept between torques, as the loop of a controller does [s]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -89,9 +85,17 @@ class FrictionTrack:
 
     @property
     def last_usable(self) -> int | None:
-        """As `brushgrip.wording.friction_in_words.last_usable`."""
-        begin = int(np.searchsorted(self.t, self.changes[-1])) if self.changes.size else 0
-        return last_uncontradicted(self.usable, self.inconsistent, begin, self.turn)
+        """As `brushgrip.wording.usable_stretches.last_usable`."""
+        return last_uncontradicted(self.usable, self.inconsistent, self._last_ground, self.turn)
+
+    @property
+    def usable_since(self) -> int:
+        """The sample since which the last usable friction, which there has to be, was steadily so."""
+        return steady_from(self.t, self.usable, self._last_ground)
+
+    @property
+    def _last_ground(self) -> int:
+        return int(np.searchsorted(self.t, self.changes[-1])) if self.changes.size else 0
 
 
 def model_observer(
@@ -266,12 +270,6 @@ def torque_channel_name(recording: Recording) -> str:
     return "M_z" if aligning_torque_is_measured(recording) else "M"
 
 
-def _held_usable(estimates: Estimates) -> NDArray[np.bool_]:
-    """Where friction is usable, between torques that come more slowly than angles too, as for `Loop`."""
-    last = np.maximum.accumulate(np.where(estimates.measured, np.arange(estimates.t.size), 0))
-    return estimates.usable[last] & (estimates.t - estimates.t[last] <= HOLD)
-
-
 def friction_track(
     observer: ObserverName, recording: Recording, estimates: Estimates, model: str
 ) -> FrictionTrack:
@@ -283,7 +281,7 @@ def friction_track(
         t=estimates.t,
         mu=mu_eff_or_mu(estimates),
         mu_std=estimates.mu_eff_std,
-        usable=_held_usable(estimates),
+        usable=held_usable(estimates),
         changes=estimates.t[estimates.status & Status.RESET != 0],
         inconsistent=(estimates.status & Status.INCONSISTENT != 0) & estimates.measured,
         turn=estimates.turn,

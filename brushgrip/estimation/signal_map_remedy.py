@@ -12,6 +12,7 @@ from identification import Recording
 from identification.reading.signal_map import USUAL_RATIO, SignalSource, corrected_map
 from identification.reading.units import factor_of
 from identification.reading.units_by_magnitude import unit_of_period
+from symbolic.patch_moment import full_slide_arm
 
 SURELY_DEGREES = 4 * math.pi
 """No steering wheel turns further [rad]; what is beyond is in degrees."""
@@ -37,6 +38,10 @@ OF_CAR = {
     "F_N looks": "friction is more than any ground has: check front_axle_load, half_length, force",
 }
 """Fault of a car's recording, by the beginning of a suspected cause."""
+OTHER_POUNDS = "F_N looks like lbf or kgf"
+CLIPPED = "the torque is clipped or frozen"
+IN_A_ROW = 5
+"""Torques in a row at the greatest one, from which on it is clipped there."""
 ANGLE, SIGN = "psi looks like degrees", "psi or the torque has the other sign"
 TIME = "time looks like milliseconds"
 FOR_K = (
@@ -80,7 +85,25 @@ def causes_with_map(recording: Recording, causes: Sequence[str], torque: str) ->
         changed["psi"], ratio = _angle(recording)
     elif changed:
         ratio = ""
+    if recording.standstills is None and why.startswith(OTHER_POUNDS):
+        load = _source(recording, "F_N")
+        maps = (corrected_map(recording.sources, {"F_N": replace(load, unit=u)}) for u in ("kgf", "lbf"))
+        return f"{why}: {' or '.join(maps)}"
+    if recording.standstills is None and why.startswith(CLIPPED):
+        why = _with_lower_bound(recording, torque, why)
     return why + (f": {corrected_map(recording.sources, changed)}" if changed else "") + ratio + counter
+
+
+def _with_lower_bound(recording: Recording, torque: str, why: str) -> str:
+    """The cause, behind the friction that there is at least where the torque is clipped, not frozen."""
+    size = np.abs(np.asarray(getattr(recording, torque)))
+    end, rig = float(np.nanmax(size)), recording.rig
+    times = np.convolve(size == end, np.ones(IN_A_ROW), "valid")
+    load = float(np.median(recording.F_N[recording.F_N > 0]))
+    if times.max(initial=0) < IN_A_ROW or not load > 0:
+        return why
+    told = f"friction is above {end / (load * full_slide_arm(rig.a, rig.e)):.2f}: {why}"
+    return told.replace(" or frozen: it stays", f" at {end:.2g} N m, where it stays")
 
 
 def _remedy_if_torque_is_scaled(recording: Recording, torque: str, scale: float) -> str:

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.estimation.observe_recording import HOLD
 from brushgrip.live.adviser import STOP, Adviser
 from brushgrip.live.estimate_ring import EstimatePoints, EstimateRing
 from brushgrip.live.mapped_columns import Row, columns_out_of_range
@@ -21,6 +20,7 @@ from brushgrip.live.row_estimation import Point, RowEstimator
 from brushgrip.live.session_state_in_words import LastUsable, State, without_turning
 from brushgrip.live.sources import WAIT, Source
 from brushgrip.live.timestamp_filter import TimestampFilter, clock_time
+from brushgrip.wording.usable_stretches import HOLD
 from observers import ESTIMATE, Estimate, Status
 from symbolic import InvalidInputError
 

@@ -4,7 +4,8 @@ import re
 from dataclasses import dataclass
 from math import isfinite, nan
 
-from brushgrip.wording.friction_in_words import CONTRADICTED, with_95_band
+from brushgrip.wording.friction_in_words import with_95_band
+from brushgrip.wording.usable_stretches import CONTRADICTED
 from observers import Estimate, Status
 from symbolic import InvalidInputError
 

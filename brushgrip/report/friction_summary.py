@@ -80,7 +80,7 @@ def usable_until(track: FrictionTrack) -> str:
     """From when to when a track is usable, and what is wrong at its end."""
     at, end = track.last_usable, track.t.size - 1
     if at is not None:
-        first = int(np.argmax(track.usable))
+        first = track.usable_since
         gaps = " with gaps" * (not track.usable[first : at + 1].all())
         since = f"from {track.t[first]:.1f} s"
     if at == end:

@@ -39,7 +39,7 @@ from brushgrip.report.validity_and_missing_effects import (
 )
 from brushgrip.wording.diagnosis_in_words import headline, is_unconfirmed
 from brushgrip.wording.formatting import effect_words, listed, percent, sentence
-from brushgrip.wording.friction_in_words import further_recording, prediction_band
+from brushgrip.wording.friction_of_a_ground import further_recording, prediction_band
 from identification import Diagnosis
 from observers import GroundFriction
 

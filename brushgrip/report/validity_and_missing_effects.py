@@ -254,7 +254,7 @@ def _known(tracks: Sequence[FrictionTrack]) -> str:
     known = [track for track in tracks if track.last_usable is not None]
     if not known:
         return f"none of {len(tracks)} recordings"
-    first = sorted(float(track.t[np.argmax(track.usable)]) for track in known)
+    first = sorted(float(track.t[track.usable_since]) for track in known)
     since = " to ".join(dict.fromkeys(f"{at:.1f}" for at in (first[0], first[-1])))
     part = sum(track.last_usable != track.t.size - 1 for track in known)
     ends = f", in {part} lost again before the end" * bool(part)

@@ -1,11 +1,9 @@
 """Friction over a batch of recordings, one or many: a table for each, and a summary of all."""
 
-import csv
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass
-from math import nan
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +11,6 @@ import numpy as np
 from brushgrip.estimation.friction_at_common_load import load_of_friction
 from brushgrip.estimation.friction_budget import STANDS, declared_values_in_words, friction_budget
 from brushgrip.estimation.friction_by_direction import (
-    OF_DIRECTIONS,
     directional_friction_and_line,
     hidden_by_zero,
 )
@@ -47,48 +44,21 @@ from brushgrip.outputs.standard_streams import REMARKS
 from brushgrip.pictures.friction import draw_friction
 from brushgrip.running.cluster import cluster_or_local_executor
 from brushgrip.running.row_spool import Row, RowSpool
-from brushgrip.wording.formatting import csv_field, csv_text
+from brushgrip.running.summary_table import COLUMNS, summary_row
+from brushgrip.wording.formatting import csv_text
 from brushgrip.wording.friction_in_words import (
     band_parts,
     estimates_summary,
-    last_usable,
     undeclared_sensor_note,
     unusable_samples_and_remedy,
 )
 from brushgrip.wording.recording_remarks import BETWEEN, recording_remark
+from brushgrip.wording.usable_stretches import last_usable
 from identification import Recording, read_rig
 from identification.diagnosis.found_stiffness import stiffness_note
 from identification.selection.trial_runner import Submit, as_completed, workers
-from observers import ESTIMATE, DirectionalFriction, Estimates, Status
+from observers import ESTIMATE, DirectionalFriction
 from symbolic import BrushgripError, InvalidInputError
-
-FLAGS = {
-    name: Status[name.upper()]
-    for name in ("rejected", "inconsistent", "acquiring", "suspect", "bound", "implausible")
-}
-"""Columns of the summary with the share of samples that have a flag [1]: rejected, not explained by
-model and stated error, friction being acquired, an input suspect, mu on its bound, a value
-implausible."""
-FRICTION = ("mu_eff", "mu_eff_std", "mu", "mu_std")
-"""Columns of the summary with friction by the last usable sample on the last ground [1]; empty without
-one."""
-COLUMNS = (
-    *("recording", "ground", "samples", "measured", "duration"),
-    *FRICTION,
-    *OF_DIRECTIONS,
-    *("direction", "weaker", "first_usable", "last_usable", "since_usable", "usable", "informed"),
-    *FLAGS,
-    *("wide", "changes", "fault", "remark"),
-)
-"""Columns of the summary; measured are the samples with a torque, of which usable, informed and the
-flags are shares [1], implausible that of all samples, wide that without a flag whose deviation of mu is
-too large; duration, first_usable, last_usable, from there to the last torque [s], changes of the
-ground, what is wrong, and what is told beside friction. With --by-direction, `direction` is that of
-mu_eff, empty where not known; `weaker`, the share of mu_eff that the weaker direction holds less [1]."""
-DIGITS = 5
-"""Significant digits of a number in the summary."""
-FORMULA = ("=", "+", "-", "@", "\t", "\r")
-"""Beginnings of a text that spreadsheets take for a formula."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -218,8 +188,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     if at is None:
         told.append("" if why == cause else cause)
     elif (car := recording.standstills) is None:
-        note = undeclared_sensor_note(float(estimates.mu_eff[at]), recording.rig)
-        told.append(note)
+        told.append(note := undeclared_sensor_note(float(estimates.mu_eff[at]), recording.rig))
     else:
         note = "" if car.speed_recorded else STANDS
         brakes = car.brakes[int(car.stretch[at])]
@@ -238,7 +207,8 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     doubts = [doubt for doubt in doubts if doubt != cause]
     note = BETWEEN.join(filter(None, (note, *doubts)))
     lines = (f"{recording.name}: {line}" for line in (*told, *doubts) if line)
-    beside = recording_remark(estimates, cause if cause and at is None else why * (number > 0), note)
+    why = cause if cause and at is None else why * (number > 0)
+    beside = recording_remark(estimates, why, note, of_way=by_direction)
     row = {**summary_row(recording, estimates, beside), **directed}
     return EstimateOutcome(row=row, lines=tuple(lines))
 
@@ -250,50 +220,3 @@ def _read(inputs: Inputs) -> Recording:
     if torque is None or not np.isfinite(torque).any():
         (recording,) = inputs.recordings(causal=True)
     return recording
-
-
-def summary_row(recording: Recording, estimates: Estimates, beside: str = "") -> Row:
-    """The row of a recording that has been estimated."""
-    at, measured = last_usable(estimates), estimates.measured
-    count = max(1, int(measured.sum()))
-
-    def share(flag: Status) -> float:
-        flagged = estimates.status & flag != 0
-        # An implausible torque is left out, and then missing.
-        if flag is Status.IMPLAUSIBLE:
-            return float(flagged.mean())
-        return float((flagged & measured).sum()) / count
-
-    return {
-        "recording": recording.name,
-        "ground": recording.ground or "",
-        "samples": estimates.t.size,
-        "measured": int(measured.sum()),
-        "duration": float(estimates.t[-1] - estimates.t[0]),
-        **{name: nan if at is None else float(getattr(estimates, name)[at]) for name in FRICTION},
-        "weaker": nan if at is None else 0.0,
-        "first_usable": nan if at is None else estimates.usable_from,
-        "last_usable": nan if at is None else float(estimates.t[at]),
-        "since_usable": nan if at is None else float(estimates.t[measured][-1] - estimates.t[at]),
-        "usable": estimates.usable_share,
-        "informed": float((estimates.informed & measured).sum()) / count,
-        **{name: share(flag) for name, flag in FLAGS.items()},
-        "wide": float((estimates.wide & measured).sum()) / count,
-        "changes": int(np.count_nonzero(estimates.status & Status.RESET)),
-        "fault": "",
-        "remark": beside,
-    }
-
-
-def write_summary(path: Path, rows: Iterable[Row]) -> None:
-    """Write rows as CSV; what is not known is empty, and no text is a formula to a spreadsheet."""
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows({name: _csv_cell(value) for name, value in row.items()} for row in rows)
-
-
-def _csv_cell(value: str | int | float) -> str:
-    if isinstance(value, str):
-        return f"'{value}" if value.startswith(FORMULA) else value
-    return csv_field(value, DIGITS)

@@ -12,7 +12,7 @@ from weakref import finalize
 import numpy as np
 
 from brushgrip.wording.formatting import is_figure
-from brushgrip.wording.recording_remarks import usual_duration, with_early_end
+from brushgrip.wording.recording_remarks import usual_duration, with_early_end, with_map_of_its_own
 
 Row = Mapping[str, str | int | float]
 
@@ -20,7 +20,8 @@ Row = Mapping[str, str | int | float]
 class RowSpool(Sequence[Row]):
     """Rows in a temporary file, written as they come, in any order, and read when all are there.
 
-    Those of recordings much shorter than most have a remark on that. In memory are two numbers a row.
+    Those of recordings much shorter than most have a remark on that; a map that is proposed for one,
+    where friction of others is known, is for that one. In memory are three numbers a row.
     """
 
     def __init__(self, count: int) -> None:
@@ -28,6 +29,7 @@ class RowSpool(Sequence[Row]):
         self._file = TemporaryFile("w+", encoding="utf-8")  # noqa: SIM115
         finalize(self, self._file.close)
         self._places, self._durations = np.full(count, -1), np.full(count, nan)
+        self._known = np.zeros(count, dtype=np.bool_)
 
     def __len__(self) -> int:
         """How many rows there will be."""
@@ -38,6 +40,7 @@ class RowSpool(Sequence[Row]):
         self._places[number] = self._file.seek(0, SEEK_END)
         if is_figure(row["duration"]):
             self._durations[number] = row["duration"]
+        self._known[number] = is_figure(row.get("mu_eff"))
         try:
             print(json.dumps(dict(row)), file=self._file, flush=True)
         except OSError as error:
@@ -48,7 +51,10 @@ class RowSpool(Sequence[Row]):
         if self._places[number] < 0:
             raise LookupError(f"there is no row {number} yet")
         self._file.seek(self._places[number])
-        return with_early_end(json.loads(self._file.readline()), self._usual)
+        row = json.loads(self._file.readline())
+        if self._known.any() and not self._known[number]:
+            row = with_map_of_its_own(row)
+        return with_early_end(row, self._usual)
 
     @cached_property
     def _usual(self) -> float:

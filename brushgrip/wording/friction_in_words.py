@@ -4,17 +4,21 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgrip.wording.formatting import band_decimals
-from observers import Estimates, GroundFriction, Status
+from brushgrip.wording.usable_stretches import (
+    ground_before,
+    last_ground,
+    last_usable,
+    misfits,
+    usable_since,
+)
+from observers import Estimates, Status
 from observers.estimates import BAND_STDS
 from observers.planning.uncertainty_budget import REST, SLOPE
 from observers.protocol import UNCHECKED, uninformed_remedy
-from observers.quality.friction_across_recordings import MIN_RECORDINGS
 from observers.tuning import OF_LENGTHS, OF_LOAD, OF_SCALE, OF_TUNING
 from symbolic import Rig
-from symbolic.float_array import Array
 
 SLIPPERY = 0.15
 """Friction below which dry friction and noise of a sensor matter [1]."""
@@ -66,15 +70,12 @@ OF_CAR = {
     " 0.1: with more, friction is hardly acquired": "or declare a greater force_error or force_noise",
     "a, F_N and k": "front_axle_load, half_length and stiffness",
     **dict.fromkeys(("k, a, F_N", "k, a and F_N"), "front_axle_load, half_length and stiffness"),
-    "k (stiffness of a vehicle)": "stiffness",
+    "then k": "then stiffness",
+    "correct k": "correct stiffness",
     " (brushgrip identify)": "",
     "(brushgrip diagnose)": "(brushgrip diagnose --vehicle)",
 }
 """What a remedy names, as a vehicle file calls it."""
-CONTRADICTED = 3.0
-"""Turn in inconsistent samples after the last usable one, over that in usable ones, beyond which
-friction is not told [1]: what was usable for a moment, and does not explain the torque afterwards, was
-wrong. A wheel at rest shows neither."""
 LEAST_PART = 0.1
 """Share of a band below which a part of it is not told [1]."""
 
@@ -88,46 +89,6 @@ def with_95_band(value: float, std: float) -> str:
     half = BAND_STDS * std
     digits = band_decimals(half)
     return f"{value:.{digits}f} ± {half:.{digits}f}"
-
-
-def prediction_band(friction: GroundFriction) -> str:
-    """Friction of a ground with the band of a further recording; no friction is below nothing."""
-    low, half = friction.mu_eff, math.inf if friction.further is None else friction.further
-    return with_95_band(low, half / BAND_STDS) if half < low else f"up to {low + half:.2f}"
-
-
-def further_recording(ground: str, friction: GroundFriction | None, recordings: int) -> str:
-    """Friction of a ground for a further recording, of so many, in one line."""
-    known = 0 if friction is None else friction.recordings
-    if friction is None or friction.further is None:
-        return (
-            f"note on {ground}: no band for a further recording yet, which takes {MIN_RECORDINGS}"
-            f" recordings with usable friction; here {known} of {recordings}"
-        )
-    of = "" if known == recordings else f" of {recordings}"
-    band = prediction_band(friction)
-    return f"{ground}: mu_eff {band} for a further recording, from {known}{of} recordings"
-
-
-def last_usable(estimates: Estimates) -> int | None:
-    """The last usable sample on the last ground, unless what follows contradicts it; None for none."""
-    changes = np.flatnonzero(estimates.status & Status.RESET)
-    begin = int(changes[-1]) if changes.size else 0
-    inconsistent = (estimates.status & Status.INCONSISTENT != 0) & estimates.measured
-    return last_uncontradicted(estimates.usable, inconsistent, begin, estimates.turn)
-
-
-def last_uncontradicted(
-    usable: NDArray[np.bool_], inconsistent: NDArray[np.bool_] | None, begin: int, turn: Array | None
-) -> int | None:
-    """The last usable sample from `begin` on; None for none, or if too much turn contradicts it."""
-    known = begin + np.flatnonzero(usable[begin:])
-    if not known.size:
-        return None
-    last = int(known[-1])
-    turn = np.ones(usable.size) if turn is None else turn
-    after = 0.0 if inconsistent is None else float(turn[last + 1 :] @ inconsistent[last + 1 :])
-    return last if after <= CONTRADICTED * turn[known].sum() else None
 
 
 def band_parts(budget: Mapping[str, float]) -> str:
@@ -195,10 +156,13 @@ def estimates_summary(
     parts = [_last_friction(estimates, way)]
     if rejected := int(np.count_nonzero(estimates.status & Status.REJECTED)):
         parts.append(f"{rejected} {_plural(rejected, 'sample')} rejected")
-    if changes := int(np.count_nonzero(estimates.status & Status.RESET)):
-        misfit = " or misfits of the model" * _misfits(estimates)
-        parts.append(f"{changes} {_plural(changes, 'change')} of the ground{misfit}")
-    line = ", ".join(parts)
+    changes = int(np.count_nonzero(estimates.status & Status.RESET))
+    known, before = last_usable(estimates) is not None, "" if way else friction_before(estimates)
+    doubted, told = _misfits(estimates), f"; before {change_in_words(estimates)} {before}"
+    if changes > 1 or (changes and (doubted or not (known and before))):
+        of_model = " or misfits of the model" * doubted
+        parts.append(f"{changes} {_plural(changes, 'change')} of the ground{of_model}")
+    line = ", ".join(parts) + told * bool(known and before)
     if np.isnan(estimates.mu_std).all():
         return f"{line}; {UNCHECKED}"
     line += f"; {rates}" * bool(rates)
@@ -214,6 +178,11 @@ def unusable_samples_and_remedy(
     if np.isnan(estimates.mu_std).all():
         return estimates.t.size, UNCHECKED
     counts = {flag: int(np.count_nonzero(estimates.status & flag)) for flag in Status if flag}
+    # What ends in a new ground is of its change, which is told where friction is known on it.
+    wrong = misfits(estimates)
+    changing = (estimates.status & (Status.RESET | Status.INCONSISTENT) != 0) & ~wrong
+    counts[Status.RESET] = int(changing.sum()) * (last_usable(estimates) is None)
+    counts[Status.INCONSISTENT] = int(wrong.sum())
     if rates:
         counts[Status.MISSING] = 0
     if estimates.usable.any():
@@ -262,21 +231,10 @@ def _on_command_line(remedy: str, *, of_car: bool) -> str:
 def _last_friction(estimates: Estimates, way: str) -> str:
     at = last_usable(estimates)
     measured = int(estimates.measured.sum())
-    share = f"usable in {100 * estimates.usable_share:.0f} % of {measured} samples"
+    share = f"in {100 * estimates.usable_share:.0f} % of {measured} samples"
     share += " with a torque" * (measured < estimates.t.size)
-    if estimates.usable.any():
-        share += f", from {estimates.usable_from:.3g} s"
     if at is None:
-        changes = estimates.t[estimates.status & Status.RESET != 0]
-        since = ""
-        if changes.size and estimates.usable.any():
-            since, at_change = " since a new ground was noticed at", f" {changes[-1]:.4g} s"
-            either = f" since{at_change}: either the ground changed, or the model does not fit"
-            since = either if _misfits(estimates) else since + at_change
-        elif estimates.usable.any():
-            last = estimates.t[np.flatnonzero(estimates.usable)[-1]]
-            since = f": what was usable up to {last:.4g} s does not explain the torque that follows"
-        return f"friction is not known{since}, {share}"
+        return f"{_unknown(estimates, way)}, usable {share}"
     mu, std = float(estimates.mu_eff[at]), float(estimates.mu_eff_std[at])
     friction = f"mu_eff = {with_95_band(mu, std)} (95 % band)" + f" turning to {way} psi" * bool(way)
     where = "at the end" if at == estimates.t.size - 1 else f"at {estimates.t[at]:.4g} s, last usable"
@@ -284,16 +242,49 @@ def _last_friction(estimates: Estimates, way: str) -> str:
     if after.sum() > MIN_REPORTED_SHARE * estimates.t.size:
         seconds = after.mean() * (estimates.t[-1] - estimates.t[at])
         where += f", then not explained for {seconds:.2g} s"
-    line = f"{friction} {where}, {share}"
+    since, gaps = usable_since(estimates)
+    line = f"{friction} {where}, usable {'steadily ' * gaps}from {since:.3g} s, {share}"
     # On the declared model the two are the same.
     if abs(mu - estimates.mu[at]) > 5e-4:
         line += f" (mu = {estimates.mu[at]:.2f} in the model's own law, which compares with no other)"
     return line
 
 
+def _unknown(estimates: Estimates, way: str) -> str:
+    """That friction is not known at the end, since when, and what it was before."""
+    told, known = "friction is not known", np.flatnonzero(estimates.usable)
+    if not known.size:
+        return told
+    begin = last_ground(estimates)
+    if not begin:
+        last = estimates.t[known[-1]]
+        return f"{told}: what was usable up to {last:.4g} s does not explain the torque that follows"
+    at_change = f"{estimates.t[begin]:.4g} s"
+    either = f"{told} since {at_change}: either the ground changed, or the model does not fit"
+    told = either if _misfits(estimates) else f"{told} since a new ground was noticed at {at_change}"
+    before = "" if way else friction_before(estimates)
+    return f"{told}; before, {before}" if before else told
+
+
+def friction_before(estimates: Estimates) -> str:
+    """What friction was before the last change of the ground; empty where it never changed."""
+    if (before := ground_before(estimates)) is None:
+        return ""
+    band = with_95_band(float(before.mu_eff[-1]), float(before.mu_eff_std[-1]))
+    return f"it was {band} (usable from {usable_since(before)[0]:.3g} s)"
+
+
+def change_in_words(estimates: Estimates) -> str:
+    """That the ground changed, and when last; empty where it never did."""
+    if not (begin := last_ground(estimates)):
+        return ""
+    fits = " or the model ceased to fit" * _misfits(estimates)
+    return f"the ground changed{fits} at {estimates.t[begin]:.3g} s"
+
+
 def _misfits(estimates: Estimates) -> bool:
     """Whether the model fails to explain so many samples that a change of the ground is in doubt."""
-    return bool(np.mean(estimates.status & Status.INCONSISTENT != 0) > MIN_REPORTED_SHARE)
+    return bool(np.mean(misfits(estimates)) > MIN_REPORTED_SHARE)
 
 
 def _plural(count: int, noun: str) -> str:

@@ -1,7 +1,7 @@
 """What is told of recordings beside their friction, in a table and counted."""
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import product
 from math import nan
 from statistics import median
@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 
 from brushgrip.wording.formatting import is_figure
-from brushgrip.wording.friction_in_words import WAYS, further_recording, last_usable, with_95_band
+from brushgrip.wording.friction_in_words import WAYS, change_in_words, friction_before, with_95_band
+from brushgrip.wording.friction_of_a_ground import further_recording
+from brushgrip.wording.usable_stretches import last_usable
 from observers import Estimates, ground_friction
 
 SIGNS = dict(zip(WAYS, "+−", strict=True))
@@ -20,25 +22,37 @@ MAX_NAMED = 10
 """Most recordings that are named behind a remark which they share."""
 EARLY, MOST = 0.25, 3
 """Share of the median length below which a recording ends early [1]; least number of recordings."""
-FIGURES = re.compile(r" from [\d.e+]+ to [\d.e+]+ s|(?<=ends early), after [\d.e+]+ s")
+FIGURES = re.compile(
+    r" from [\d.e+]+ to [\d.e+]+ s|(?<=ends early), after [\d.e+]+ s|(?<=changed| to fit) at [\d.e+]+ s"
+)
 """Times in a remark, which differ between recordings."""
 OVER_LOAD = "by the model friction changes with the load"
 """How the remark on the load that friction belongs to begins."""
+MAP = ": --map "
+"""What goes before a map that is proposed."""
 BETWEEN = " | "
 """Between two remarks of a row."""
 
 
-def recording_remark(estimates: Estimates, why: str, note: str) -> str:
-    """What is told of a recording beside its friction: few or (why) no usable samples, then the note."""
+def recording_remark(estimates: Estimates, why: str, note: str, *, of_way: bool = False) -> str:
+    """What is told of a recording beside its friction.
+
+    Few or (why) no usable samples, a change of the ground, then the note. What friction was before is
+    left out where it is of a direction.
+    """
+    changed = change_in_words(estimates)
+    if (before := friction_before(estimates)) and not of_way:
+        changed += f": before, {before}"
     if last_usable(estimates) is None:
-        return BETWEEN.join(filter(None, (f"not known: {why}", note)))
+        return BETWEEN.join(filter(None, (f"not known: {why}", changed, note)))
     few = f"usable in under {100 * FEW:.0f} %" * (estimates.usable_share < FEW)
-    return BETWEEN.join(filter(None, (few, why, note)))
+    return BETWEEN.join(filter(None, (few, why, changed, note)))
 
 
 def remark_heads(text: str) -> list[str]:
-    """Each remark of a row in short; why friction is not known, with what to do first."""
-    heads = [one.partition("; ")[0] for one in text.split(BETWEEN) if one]
+    """Each remark of a row in short; why friction is not known, with what to do first or the map."""
+    each = [one for one in text.split(BETWEEN) if one]
+    heads = [one if MAP in one else one.partition("; ")[0] for one in each]
     return [one if one.startswith("not known") else one.partition(": ")[0] for one in heads]
 
 
@@ -58,6 +72,20 @@ def remark_counts(rows: Sequence[Mapping[str, Any]], *, named: bool = False) -> 
         f"{len(own)} of {len(rows)}: {kind}" + f" ({', '.join(own)})" * (named and len(own) <= MAX_NAMED)
         for kind, own in sorted(names.items(), key=lambda one: -len(one[1]))
     )
+
+
+def with_map_of_its_own(row: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The row of a recording without friction; a map that it proposes is for this recording alone."""
+    own = f"; for this recording alone{MAP}"
+    return {**row, **{name: row.get(name, "").replace(MAP, own, 1) for name in ("fault", "remark")}}
+
+
+def causes_without_friction(rows: Iterable[Mapping[str, Any]]) -> Iterator[str]:
+    """A line for each recording that could not be estimated, or whose friction is not known."""
+    for row in rows:
+        if row["fault"] or not is_figure(row["mu_eff"]):
+            begin = f"{row['recording']}: "
+            yield begin + (row["fault"].removeprefix(begin) or row["remark"])
 
 
 def usual_duration(durations: Collection[float]) -> float:

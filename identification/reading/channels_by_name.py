@@ -240,12 +240,12 @@ EITHER = {"rack": "rack or handwheel", "F_rack": "F_rack or T_bar"}
 _USUAL = {
     "t": r"^t$|time|zeit|^sec|^clock|uhr",
     "F_rack": r"rack.*(force|frc|load)|zahnstangenkraft|^f_?rack",
-    "T_motor": r"^(?!.*(speed|angle|pos|state|temp)).*mot",
+    "T_motor": r"^(?!.*(speed|spd|angle|pos|state|temp)).*mot",
     "T_bar": r"bar|tors|(steer|hand|driver).*(torq|trq|mom)|^swt",
     "rack": r"rack|zahnstange",
-    "handwheel": r"^(?!.*(rate|speed|vel)).*(steer|hand.?wheel|lenkrad|volant|^swa|^lws|^sas)",
-    "brake": r"brak|brems",
-    "speed": r"^(?!.*(steer|angle|mot|engine|rate|wheel)).*(speed|veh.*vel|geschw|^v$)",
+    "handwheel": r"^(?!.*(rate|speed|spd|vel)).*(steer|hand.?wheel|lenkrad|volant|^swa|^lws|^sas)",
+    "brake": r"brak|brk|brems",
+    "speed": r"^(?!.*(steer|angle|mot|engine|rate|wheel|whl)).*(speed|spd|veh.*vel|geschw|^v$)",
 }
 """Names that channels often have; each channel goes to the first column that it fits."""
 

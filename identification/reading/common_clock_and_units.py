@@ -16,7 +16,7 @@ from identification.reading.channels_by_name import (
 from identification.reading.map_for_recording import map_for_recording, unit_by_name
 from identification.reading.sample_table import MAX_SAMPLES, Table
 from identification.reading.signal_map import ANGLES, SignalMap, SignalSource
-from identification.reading.units import is_unit, name_without_unit, unit_of_name
+from identification.reading.units import factor_of, is_unit, name_without_unit, unit_of_name
 from symbolic import InvalidInputError
 from symbolic.float_array import Array
 from symbolic.tables.toml_and_json_parsing import prefix_errors
@@ -55,6 +55,7 @@ def table_from_channels(
             raise missing_channels(path, ["t"], file.names, signals, file.read)
         read = {"t": _with_unit("t", names["t"], file.read(names["t"])), **read}
     sources, in_si, by_name = dict[str, SignalSource](), dict[str, ChannelSamples](), list[str]()
+    by_file = list[str]()
     for column, samples in read.items():
         source = signals.of(column, name_without_unit(names[column]))
         with prefix_errors(f"{path}: {names[column]}"):
@@ -62,11 +63,15 @@ def table_from_channels(
             source, taken = (source, "") if is_date else unit_by_name(column, source, samples.unit)
             in_si[column] = replace(samples, values=_in_si(column, samples, source))
         by_name += [taken] * bool(taken)
+        if source.unit is None and samples.unit and factor_of(column, samples.unit) not in (None, 1.0):
+            by_file.append(f"{name_without_unit(names[column])} in {samples.unit}")
         if column in ANGLES and source.unit is None:
             # So that a message asks for no unit that the file gives.
             source = replace(source, unit=samples.unit or None)
         sources[column] = source
     remarks = {"units by the names; a map overrides them": by_name} if by_name else {}
+    if by_file:
+        remarks["units as the file gives them"] = by_file
     for column, samples in read.items():
         if samples.remark:
             remarks.setdefault(samples.remark, []).append(names[column])

@@ -253,9 +253,11 @@ class _Search:
             best = percent_beside(float(forecast.deviation[at]), self.target)
             known = f"{best} at best, after {path.t[at]:.3g} s"
             cause, part, floor = largest_part(self.forecaster.observer, path, forecast, self.F_N, at)
-            by_noise = f", with noise within {self.target:.1%} in {count} of {RUNS} runs"
-            within = forecast.deviation[at] <= self.target
-            known += by_noise if within else f"; its largest part is {cause}, {part:.1%}"
+            if forecast.deviation[at] <= self.target:
+                known = known.replace("at best", "without noise", 1)
+                known += f", but within {self.target:.1%} in {count} of {RUNS} runs with noise"
+            else:
+                known += f"; its largest part is {cause}, {part:.1%}"
             if floor > CLOSE * self.target:
                 lowest = percent_beside(floor, self.target)
                 return f"{known}; all that no measurement lowers is {lowest}: ask for well above that"

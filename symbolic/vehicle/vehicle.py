@@ -12,7 +12,7 @@ rest has defaults of a passenger car, each with its tolerance.
 
 from dataclasses import dataclass
 from itertools import pairwise
-from math import inf, isfinite, pi
+from math import inf, isfinite, nan, pi
 from typing import Annotated, NamedTuple, get_origin, get_type_hints
 
 from symbolic.errors import InvalidInputError
@@ -43,6 +43,18 @@ class AllowedRange(NamedTuple):
     least: float
     most: float
     unit: str
+
+
+OTHER_UNITS = {"rad": ("degrees", pi / 180), "Pa": ("bar", 1e5), "m": ("mm", 1e-3), "N": ("kN", 1e3)}
+"""The unit that a number out of its range may be in, and what that unit is, by the one that it has."""
+
+
+def _in_another_unit(value: float, allowed: AllowedRange) -> str:
+    """What a number is in its unit if it was given in the usual other one; empty if that is not so."""
+    name, factor = OTHER_UNITS.get(allowed.unit, ("", nan))
+    converted = f"{value * factor:.3g}".replace("e+0", "e")
+    told = f"; {value:g} looks like {name}: {converted}"
+    return told * bool(allowed.least <= value * factor <= allowed.most)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -184,12 +196,16 @@ class Vehicle:
                 )
         if pairs:
             self._check_pairs(pairs)
-        for name, (least, most, unit) in RANGES.items():
-            value = getattr(self, name)
+        faults = []
+        for name, allowed in RANGES.items():
+            value, (least, most, unit) = getattr(self, name), allowed
             if value is not None and not (least <= value <= most and (isfinite(value) or most == inf)):
-                raise InvalidInputError(
-                    f"{name} must lie between {least:g} and {most:g} {unit}, got {value:g}"
+                other = _in_another_unit(value, allowed)
+                faults.append(
+                    f"{name} must lie between {least:g} and {most:g} {unit}, got {value:g}{other}"
                 )
+        if faults:
+            raise InvalidInputError("; ".join(faults))
 
     def _check_pairs(self, pairs: "Pairs") -> None:
         """Raises InvalidInputError where pairs are of a steering as no car has one."""

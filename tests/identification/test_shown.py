@@ -73,6 +73,9 @@ def test_estimates_as_a_table(estimates: Estimates) -> None:
     assert rows["friction coefficient"] == "mu 1.000 ± 0.100 at the end, informed"
     assert rows["usable"] == "from 2.1 s, 29 of 50 samples with a torque"
     assert rows["status"] == "HELD 1, REJECTED 3"
+    changed = replace(estimates, status=np.where(estimates.t == 3.0, 8, estimates.status))
+    usable = "on the ground since 3 s from 3 s, 29 of 50 samples with a torque"
+    assert cells(changed)[1]["usable"] == usable
     none = Estimates(**{field.name: np.empty(0) for field in fields(Estimates)})
     assert "no sample" in none._repr_html_()
 

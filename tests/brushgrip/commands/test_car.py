@@ -191,14 +191,14 @@ def test_code_of_a_car(run: Run, car: Path) -> None:
         ),
         ("--observer root log.csv", "knows no steering gear"),
         ("--observer ekf --smooth log.csv", "--smooth is for a wheel on a rig"),
-        ("other.csv", "--map rack=RackTravel,F_rack=RackForce"),
+        ("other.csv", "--map rack=RackTravel,F_rack=RackForce,brake=BrkPedal,speed=VehSpd"),
     ],
 )
 def test_what_is_not_for_a_car(run: Run, line: str, said: str) -> None:
     t, rack = steering(seconds=1.0)
     write_columns(Path("log.csv"), {"t": t, "rack": rack, "F_rack": SimulatedCar().force(rack)})
     Path("model.json").write_text('{"effects": ["jacking"]}')
-    Path("other.csv").write_text("t,RackTravel,RackForce\n0,0,0\n0.01,0.001,5\n")
+    Path("other.csv").write_text("t,RackTravel,RackForce,VehSpd,BrkPedal\n0,0,0,0,1\n0.01,0.001,5,0,1\n")
 
     run("estimate", "--vehicle", "car.toml", *line.split(), "--out", "mu.csv").refused(said)
 
@@ -225,7 +225,7 @@ def test_messages_mend_the_log_of_an_assisted_car(run: Run) -> None:
     assert "handwheel looks like deg; T_bar looks like mN m; handwheel and the torques" in said[1]
     mended = "t=Time,handwheel=-LWI_Winkel Lenkrad:deg,T_bar=EPS_TorsBarTrq:mNm,T_motor=EPS_MotTrq"
     assert pasted[1] == mended
-    assert "usable in" in outcome.out
+    assert "usable from" in outcome.out
     assert 0.45 < float(outcome.out.partition("mu_eff = ")[2].split()[0]) < 0.55
 
 

@@ -196,11 +196,12 @@ def test_what_looks_wrong_with_an_input_stands_in_every_result(
     outcome, note = diagnose_torque(lambda M_z, top: M_z.clip(-top, top))
     page = Path("out/report.html").read_text("utf-8")
 
-    assert outcome.err.startswith("a: the torque is clip")
-    assert note.startswith("an input looks wrong, so that the result may be void: a: the torque is clip")
+    clipped = "a: friction is above 0.79: the torque is clip"
+    assert outcome.err.startswith(clipped)
+    assert note.startswith(f"an input looks wrong, so that the result may be void: {clipped}")
     assert asked
     for told in (" ".join(outcome.out.split()), page):
-        assert "An input looks wrong, so that the result may be void: a: the torque is clip" in told
+        assert f"An input looks wrong, so that the result may be void: {clipped}" in told
         assert "end the input that looks wrong, or leave its recording out, and run this again" in told
 
 

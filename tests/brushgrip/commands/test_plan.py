@@ -42,7 +42,9 @@ def test_writes_the_path_and_what_it_tells(planning: PlanRun) -> None:
     table = table_of(Path("p.csv"))
 
     assert outcome.status == 0
-    assert "k counts as a state: estimate, and codegen, with --stiffness-state" in outcome.out
+    before, _, table_told = outcome.out.partition("until sigma/mu is 10.0%")
+    assert "k counts as a state: give estimate, and codegen, --stiffness-state too" in before
+    assert "sigma/mu" in table_told
     assert [*table] == ["t", "psi", "psi_dot", "travel", "F_N", "deviation_01", "deviation_08"]
     # So that `simulate` takes it.
     assert (table["F_N"] == 400).all()
@@ -50,9 +52,9 @@ def test_writes_the_path_and_what_it_tells(planning: PlanRun) -> None:
     turned = np.cumsum(np.abs(np.diff(table["psi"], prepend=0)))
     assert table["travel"] == pytest.approx(turned, abs=1e-5)
     # The path ends soon after the last ground is known.
-    assert max(table["deviation_01"][-1], table["deviation_08"][-1]) <= 0.05
+    assert max(table["deviation_01"][-1], table["deviation_08"][-1]) <= 0.1
     assert Path("p.png").read_bytes()[:4] == b"\x89PNG"
-    assert json.loads(Path("p.provenance.json").read_text())["settings"]["target"] == 0.05
+    assert json.loads(Path("p.provenance.json").read_text())["settings"]["target"] == 0.1
     known = np.searchsorted(table["travel"], table["travel"][-1] / 1.1)
     assert any(f"{travel:.3f}" in outcome.out for travel in table["travel"][known - 3 : known + 3])
 
@@ -104,7 +106,7 @@ def test_says_why_a_target_is_out_of_reach(planning: PlanRun) -> None:
     assert told["unreached"][0] in partly.out
     assert partly.status == 1
     assert "a dash: with noise in fewer than 18 of 20 simulated runs; sigma/mu is there" in partly.out
-    assert "no path within the limits reaches 5.0% on mu = " in partly.err
+    assert "no path within the limits reaches 10.0% in 18 of 20 simulated runs on mu = " in partly.err
     assert "0.8; the best one was found" in partly.err
 
 

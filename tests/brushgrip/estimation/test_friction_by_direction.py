@@ -9,7 +9,8 @@ import pytest
 from brushgrip.estimation.friction_by_direction import directional_friction_and_line, hidden_by_zero
 from brushgrip.estimation.observe_recording import model_observer, observe, observer_factory
 from brushgrip.inputs.option_choices import ObserverName
-from brushgrip.wording.friction_in_words import estimates_summary, last_usable
+from brushgrip.wording.friction_in_words import estimates_summary
+from brushgrip.wording.usable_stretches import last_usable
 from identification import Recording
 from observers import DirectionalFriction, Ekf, Status
 from symbolic import Rig, Tolerances, Tyre

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.estimation.observe_recording import HOLD
 from brushgrip.live.adviser import Adviser
 from brushgrip.live.row_estimation import Point, WheelRowEstimator
 from brushgrip.live.session import Session
 from brushgrip.live.session_state_in_words import LastUsable, state_line, usability_of
 from brushgrip.live.timestamp_filter import TimestampFilter, clock_time
+from brushgrip.wording.usable_stretches import HOLD
 from observers import Ekf, Estimate, Status, SteeringLimits
 from observers.protocol import prior_estimate
 from reference_rig import make_recording

@@ -103,6 +103,42 @@ def test_a_bad_recording_does_not_keep_the_others(estimate: Run, write_csv: Writ
     assert (rows["good"]["fault"], float(rows["good"]["informed"]) > 0) == ("", True)
 
 
+def test_each_recording_without_friction_is_named_with_its_cause_and_its_own_map(
+    run: Run,
+    on_ice: Callable[..., Columns],
+    write_csv: Write,
+    rig: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    t = np.arange(600) * 0.01
+    ice = on_ice(t, 0.3 * np.sin(t))
+    torques = {"good": 1.0, "flipped": -1.0, "light": 1.0}
+    paths = [
+        write_csv(f"{name}.csv", ice | {"M_z": sign * ice["M_z"]}) for name, sign in torques.items()
+    ]
+    write_csv("light.csv", ice | {"F_N": ice["F_N"] / 40})
+    write_csv("clipped.csv", ice | {"M_z": np.clip(ice["M_z"], -0.25, 0.25)})
+    monkeypatch.setattr("brushgrip.commands.estimate.MAX_PRINTED", 2)
+    command = ("estimate", "--rig", rig, "--jobs", 1, "--summary", "table.csv")
+    outcome = run(*command, *paths, "clipped.csv")
+    told = dict(line.split(": ", 1) for line in outcome.out.splitlines() if ": " in line)
+
+    assert told["flipped"].endswith("is positive to the right; for this recording alone: --map M_z=-M_z")
+    maps = "for this recording alone: --map F_N=F_N:kgf or --map F_N=F_N:lbf"
+    assert told["light"].startswith("not known: F_N looks like lbf or kgf: ")
+    assert f"convert it to N; {maps} | load the same" in told["light"]
+    assert told["clipped"].startswith("friction is above 0.03: the torque is clipped at 0.25 N m, where")
+    assert "good" not in told
+    names = "flipped, clipped; the causes are above"
+    assert f"2 of 4 recordings could not be estimated: {names}" in outcome.err
+    # Where none is right, nothing says that the map is of one alone.
+    assert "alone" not in run(*command, paths[1]).err
+    monkeypatch.setattr("brushgrip.wording.recording_remarks.MAX_NAMED", 1)
+    many = run(*command, *paths, "clipped.csv")
+    assert "; the first is flipped: psi or the torque" in many.err
+    assert "\nflipped: " not in many.out
+
+
 def test_a_remark_on_files_is_made_of_the_first(
     estimate: Run, write_csv: Write, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -138,6 +174,7 @@ def test_the_table_says_what_a_single_recording_says(
         single = run("estimate", "--rig", rig, path).out
         assert all(text and text in single for text in texts)
     alone = run("estimate", "--rig", rig, paths[1]).out
+    assert [rows_of(table)[path.stem]["upper_limit"] for path in paths] == ["1", ""]
 
     (row,) = (line for line in printed.splitlines() if line.startswith("│ doubted "))
     remark = row.split("│")[-2].strip()

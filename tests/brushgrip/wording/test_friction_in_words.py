@@ -8,17 +8,17 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from brushgrip.running.batch import summary_row
+from brushgrip.running.summary_table import summary_row
 from brushgrip.wording.friction_in_words import (
     LACKING,
     band_parts,
     estimates_summary,
-    last_usable,
     undeclared_sensor_note,
     unusable_samples_and_remedy,
     with_95_band,
 )
-from brushgrip.wording.recording_remarks import remark_counts
+from brushgrip.wording.recording_remarks import recording_remark, remark_counts
+from brushgrip.wording.usable_stretches import last_usable
 from identification import Recording
 from observers import Estimates, Status
 from observers.planning.uncertainty_budget import REST, SLOPE
@@ -28,30 +28,31 @@ from tests.brushgrip.factories import rising
 
 def row_of(seen: Estimates) -> dict[str, Any]:
     """The row of a recording in a table of many."""
-    return summary_row(cast(Recording, SimpleNamespace(name="a", ground=None)), seen)
+    recording = SimpleNamespace(name="a", ground=None, standstills=None, rig=Rig(a=0.045, e=0.009))
+    return summary_row(cast(Recording, recording), seen)
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({}, "mu_eff = 1.25 ± 0.08 (95 % band) at the end, usable in 50 % of 4 samples, from 0.02 s"),
+        ({}, "mu_eff = 1.25 ± 0.08 (95 % band) at the end, usable from 0.02 s, in 50 % of 4 samples"),
         # The model's own mu is named where it differs.
         (
             {"off": -0.1},
-            "mu_eff = 1.15 ± 0.08 (95 % band) at the end, usable in 50 % of 4 samples, from 0.02 s"
+            "mu_eff = 1.15 ± 0.08 (95 % band) at the end, usable from 0.02 s, in 50 % of 4 samples"
             " (mu = 1.25 in the model's own law, which compares with no other)",
         ),
         (
             {"last": 2},
-            "mu_eff = 1.17 ± 0.08 (95 % band) at 0.02 s, last usable, usable in 25 % of 4 samples,"
-            " from 0.02 s",
+            "mu_eff = 1.17 ± 0.08 (95 % band) at 0.02 s, last usable, usable from 0.02 s,"
+            " in 25 % of 4 samples",
         ),
         (
             {"last": 0, "std": 0.3},
             "friction is not known, usable in 0 % of 4 samples; 2 samples not usable: the deviation of"
             " mu is 29 % of mu, too much to act on: turn further, and where that does not help, correct"
-            " k (stiffness of a vehicle) or narrow its tolerance (brushgrip identify), or find what the"
-            " model lacks (brushgrip diagnose)",
+            " k or narrow its tolerance (brushgrip identify), or find what the model lacks (brushgrip"
+            " diagnose)",
         ),
         (
             {"last": 0, "std": np.nan},
@@ -90,7 +91,7 @@ def test_how_long_the_torque_is_not_explained_after_a_value_is_told() -> None:
     short = rising(*[Status.USED] * 120, Status.INCONSISTENT)
 
     assert row["since_usable"] == pytest.approx(0.3)
-    assert " at 0.19 s, last usable, then not explained for 0.3 s, usable in " in line
+    assert " at 0.19 s, last usable, then not explained for 0.3 s, usable from 0 s, in 40" in line
     assert "not explained for" not in estimates_summary(replace(short, usable=short.status == 0))
 
 
@@ -102,7 +103,7 @@ def test_a_torque_at_a_tenth_of_the_rate_is_counted_by_itself() -> None:
     assert (row["samples"], row["measured"], row["usable"], row["informed"]) == (400, 40, 0.5, 0.5)
     # Behind the last torque nothing can be usable.
     assert row["since_usable"] == 0
-    assert "usable in 50 % of 40 samples with a torque" in estimates_summary(slower)
+    assert "usable from 2 s, in 50 % of 40 samples with a torque" in estimates_summary(slower)
     off = replace(slower, status=np.where(slower.t < 1, int(Status.IMPLAUSIBLE | Status.MISSING), 0))
     row = row_of(off)
     assert (row["implausible"], row["wide"]) == (0.25, 1 / 3)
@@ -117,6 +118,53 @@ def test_a_new_ground_that_a_misfit_may_have_feigned() -> None:
     assert "not known since 0.02 s: either the ground changed, or the model does not fit" in line
     assert "1 change of the ground or misfits of the model; " in line
     assert "1 change of the ground; " in estimates_summary(sure)
+
+
+def changed_ground(*after: Status, known: bool = True) -> Estimates:
+    """Usable from 1 s, not explained from 2 s, another ground from 2.15 s; then usable from 3 s."""
+    parts = [Status.ACQUIRING] * 100 + [Status.USED] * 100 + [Status.INCONSISTENT] * 15
+    parts += [Status.RESET | Status.INCONSISTENT] + [Status.ACQUIRING] * 84 + [Status.USED] * 100
+    seen = rising(*parts, *after)
+    usable = (seen.status == 0) & (known | (seen.t < 2.1))
+    mu = np.where(seen.t < 2.15, 0.7, 0.15)
+    return replace(seen, usable=usable, mu=mu, mu_eff=mu, mu_eff_std=np.full(mu.size, 0.02))
+
+
+def test_the_time_belongs_to_the_value_and_what_was_before_a_change_is_told() -> None:
+    line, before = estimates_summary(changed_ground()), "it was 0.70 ± 0.04 (usable from 1 s)"
+    assert line == (
+        "mu_eff = 0.15 ± 0.04 (95 % band) at the end, usable from 3 s, in 50 % of 400 samples;"
+        f" before the ground changed at 2.15 s {before}"
+    )
+    lost = estimates_summary(changed_ground(known=False))
+    assert lost.startswith(
+        f"friction is not known since a new ground was noticed at 2.15 s; before, {before}, usable in 25"
+    )
+    assert "; 16 samples not usable: the ground has changed, mu is being learnt anew" in lost
+    row = row_of(changed_ground())
+    assert [row[name] for name in ("first_usable", "steady_from", "changes")] == [1.0, 3.0, 1]
+    remark = recording_remark(changed_ground(), "", "")
+    assert remark == f"the ground changed at 2.15 s: before, {before}"
+    assert recording_remark(changed_ground(), "", "", of_way=True) == "the ground changed at 2.15 s"
+    rows = [{"remark": "the ground changed at 2.15 s: before"}, {"remark": "the ground changed at 7 s"}]
+    assert remark_counts(rows) == "2 of 2: the ground changed"
+
+
+def test_what_does_not_end_in_a_change_is_a_misfit() -> None:
+    misfit = [*[Status.INCONSISTENT] * 60, *[Status.USED] * 100]
+    line = estimates_summary(changed_ground(*misfit))
+    assert (
+        "at the end, usable steadily from 4.6 s, in 54 % of 560 samples, 1 change of the ground" in line
+    )
+    assert " or misfits of the model; before the ground changed or the model ceased to fit at" in line
+    assert "; 60 samples not usable: model and stated error do not" in line
+    short = estimates_summary(changed_ground(*misfit[20:]))
+    assert "usable from 3 s" in short, "a controller keeps a value for so long"
+    # What lasts too long before a change is none of it.
+    late = rising(*[Status.USED] * 10, *[Status.INCONSISTENT] * 400, Status.RESET, *[Status.USED] * 100)
+    late = replace(late, usable=late.status == 0)
+    assert "401 samples" not in estimates_summary(late)
+    assert "; 400 samples not usable: model and stated error" in estimates_summary(late)
 
 
 def test_ice_asks_for_dry_friction_and_noise_of_the_sensor() -> None:
@@ -157,12 +205,18 @@ def test_noise_goes_first_and_a_slower_torque_is_no_fault() -> None:
     assert "does not explain the torque: declare it" in estimates_summary(alien, "declare it")
     assert "raise error of the tuning to 0.1 (--tune error=0.1): with more" in estimates_summary(alien)
     of_car = estimates_summary(alien, of_car=True)
-    assert "too small: find what the model lacks (brushgrip diagnose --vehicle), check units" in of_car
+    assert "too small: the ground may just have changed, which is then learnt anew by itself" in of_car
+    assert (
+        " and where it lasts, find what the model lacks (brushgrip diagnose --vehicle), check" in of_car
+    )
+    slow = rising(*[Status.ACQUIRING] * 4, last=0)
+    assert estimates_summary(slow).endswith(", then k")
+    assert estimates_summary(slow, of_car=True).endswith(", then stiffness")
     assert of_car.endswith("or declare a greater force_error or force_noise")
     assert "0.1" not in of_car.partition("not usable")[2]
     assert "; 2 samples not usable: no measurement" in estimates_summary(slower)
     assert estimates_summary(slower, rates="100 and 200 Hz").endswith(
-        "usable in 50 % of 2 samples with a torque, from 0.02 s; 100 and 200 Hz"
+        "usable from 0.02 s, in 50 % of 2 samples with a torque; 100 and 200 Hz"
     )
 
 
@@ -198,10 +252,9 @@ def test_a_narrow_band_has_a_digit_more() -> None:
             [Status.SUSPECT] + [Status.INCONSISTENT] * 2 + [Status.HELD] * 4,
             "; 2 samples not usable: model and",
         ),
-        ([Status.RESET], "1 change of the ground; 1 sample not usable: the ground has changed"),
         (
-            [Status.RESET] * 2 + [Status.REJECTED],
-            "1 sample rejected, 2 changes of the ground; 2 samples",
+            [Status.MISSING] + [Status.RESET] * 2 + [Status.REJECTED],
+            "1 sample rejected, 2 changes of the ground; 1 sample not usable: no measurement",
         ),
     ],
 )

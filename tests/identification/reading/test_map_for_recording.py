@@ -153,6 +153,21 @@ def test_units_of_names_are_read_and_said(tmp_path: Path, caplog: pytest.LogCapt
     assert "Zeit_ms in ms: units" in caplog.text
 
 
+def test_units_that_the_file_gives_are_said_where_they_are_not_si(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    names = {
+        "Zeit [s]": T,
+        "Winkel [deg]": np.degrees(PSI),
+        "Moment [Nm]": TORQUE,
+        "Last [kN]": LOAD / 1e3,
+    }
+    path = write(tmp_path / "run.csv", **names)
+    require_expected(read_recording(path, RIG, signals="t=Zeit,psi=Winkel,M_z=Moment,F_N=Last"))
+
+    assert "Winkel in deg, Last in kN: units as the file gives them" in caplog.text
+
+
 def test_units_in_brackets_go_before_those_of_names_and_count_in_every_format(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

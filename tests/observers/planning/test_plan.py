@@ -167,6 +167,25 @@ def test_a_target_that_no_ground_can_reach_is_refused_before_a_path_is_tried(acq
     assert not tried
 
 
+def test_a_target_within_reach_without_noise_alone_is_told_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("observers.planning.plan.largest_part", lambda *_: ("noise", 0.04, 0.01))
+    search = SimpleNamespace(
+        limits=SteeringLimits(angle=0.3), reached_with=lambda *_, **__: False, target=0.05,
+        forecaster=SimpleNamespace(observer=None), F_N=LOAD,
+    )  # fmt: skip
+    forecast = SimpleNamespace(
+        best=lambda _: 0, allowed=lambda _: 1, torque=np.zeros(1), status=[0], deviation=[0.049]
+    )
+    told = _Search.unreached(search, 0.05, SimpleNamespace(t=[10.0]), forecast, 3)
+
+    assert told.startswith(
+        "4.9% without noise, after 10 s, but within 5.0% in 3 of 20 runs with noise; "
+    )
+    forecast.deviation = [0.06]
+    told = _Search.unreached(search, 0.05, SimpleNamespace(t=[10.0]), forecast, 0)
+    assert told.startswith("6.0% at best, after 10 s; its largest part is noise, 4.0%; ")
+
+
 def test_a_reason_without_a_flag_ends_in_words() -> None:
     search = SimpleNamespace(limits=SteeringLimits(angle=0.3), reached_with=lambda *_, **__: False)
     forecast = SimpleNamespace(best=lambda _: None, allowed=lambda _: 1, torque=np.zeros(1), status=[0])

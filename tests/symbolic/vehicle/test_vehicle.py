@@ -1,5 +1,6 @@
 """A vehicle from its file, its steering, and its mean wheel."""
 
+import re
 from dataclasses import replace
 from math import cos, radians
 
@@ -73,6 +74,34 @@ def test_five_numbers_are_enough() -> None:
 def test_what_a_file_must_not_hold(changed: dict[str, object], said: str) -> None:
     with pytest.raises(InvalidInputError, match=said):
         vehicle_from_tables({"vehicle": TABLE | changed})
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"inclination": 10.0}, "inclination must lie between -0.1 and 0.5 rad, got 10; 10 looks like"),
+        ({"inclination": 10.0}, "; 10 looks like degrees: 0.175"),
+        ({"pressure": 2.4}, "; 2.4 looks like bar: 2.4e5"),
+        ({"front_axle_load": 7.9}, "; 7.9 looks like kN: 7.9e3"),
+        ({"rack_travel": 84}, "; 84 looks like mm: 0.084"),
+        # All at once.
+        ({"caster": 6.7, "pressure": 2.4}, "2.4 looks like bar: 2.4e5; caster must lie between"),
+    ],
+)
+def test_a_number_in_another_unit_is_told_in_its_own(changed: dict[str, float], said: str) -> None:
+    with pytest.raises(InvalidInputError, match=re.escape(said)):
+        vehicle_from_tables({"vehicle": TABLE | changed})
+    with pytest.raises(InvalidInputError) as error:
+        vehicle_from_tables({"vehicle": TABLE | {"pressure": 1e9}})
+    assert "looks like" not in str(error.value)
+
+
+def test_tolerances_of_a_file_may_have_a_percent_sign() -> None:
+    table = TABLE | {"half_length": {"value": 0.05, "tolerance": "20%"}, "geometry": {"tolerance": "5%"}}
+    car = vehicle_from_tables({"vehicle": table})
+
+    assert car.tolerances.half_length == pytest.approx(0.2)
+    assert car.tolerances.geometry == pytest.approx(0.05)
 
 
 def test_tolerances_of_a_file_are_shares() -> None:
