@@ -39,7 +39,7 @@ from brushgrip.report.validity_and_missing_effects import (
     stiffness_cases,
     validity,
 )
-from brushgrip.report.verdict import verdict
+from brushgrip.report.verdict import NOT_YET, verdict
 from brushgrip.wording.diagnosis_in_words import is_unconfirmed
 from brushgrip.wording.formatting import effect_words, listed, percent, sentence
 from brushgrip.wording.friction_in_words import further_recording, prediction_band
@@ -48,6 +48,8 @@ from observers import GroundFriction
 
 UNLIKE = "asymmetric_friction"
 """The effect by which friction differs by direction."""
+ARE_RIGHT = "if model and tolerances are right"
+"""What the ± of a recording rests on."""
 FRICTION = "friction between tyre and ground"
 Parts = list[tuple[str, list[str]]]
 """Labels, each with its items."""
@@ -96,7 +98,6 @@ def lines_to_send(
     provisional = known and diagnosis.stiffness_ratio != 1
     finding = {label: missing} if missing else {"Result": [result_in_plain_words(diagnosis)]}
     if_wrong = friction_if_stiffness_is_wrong(diagnosis, told) if provisional else []
-    _, doubt = doubt_of_stiffness(diagnosis, told, if_wrong)
     judged_use, why = verdict_on_friction(diagnosis, told)
     friction = {judged_use: [_friction(told)], "Why": [why]}
     cases = stiffness_cases(diagnosis)
@@ -105,8 +106,10 @@ def lines_to_send(
     valid = validity(diagnosis, told.slide_rate if known else None, told.slide_speed)
     benefit, trend = benefit_for_friction(diagnosis, told), load_trend_in_words(told, diagnosis)
     *sure, caution = _holds(told, "force" if diagnosis.of_car else "torque")
+    if judged_use == NOT_YET:
+        sure = [line.replace(ARE_RIGHT, f"{ARE_RIGHT}, which is in doubt here") for line in sure]
     if provisional:
-        sure.insert(0, doubt)
+        sure.insert(0, doubt_of_stiffness(diagnosis, told, if_wrong)[1])
         benefit = f"Whether it is right rests on what is to do first. {benefit}" * bool(benefit)
     mail = {
         "Note": [warning],
@@ -203,7 +206,7 @@ def _holds(outcome: FrictionOutcome, read: str) -> list[str]:
     if len(bands) < len(outcome.grounds):
         lines.append(
             f"{'Where a recording is named, t' if bands else 'T'}he truth lies within ± in 95 of"
-            " 100 cases, if model and tolerances are right."
+            f" 100 cases, {ARE_RIGHT}."
         )
     lines.append(
         f"A {read} that reads 5 % too high makes friction 5 % too high, a load that is too low about as"

@@ -21,6 +21,7 @@ from brushgrip.report.validity_and_missing_effects import (
 )
 from brushgrip.report.what_effects_do import summary_of
 from identification import Diagnosis
+from identification.diagnosis.found_stiffness import FoundStiffness
 from identification.diagnosis.from_search import BEYOND_RANGE
 from identification.diagnosis.graded_effects import ASSUMED, assumed_tolerances_note
 from identification.residuals.repeatability import Repeatability
@@ -338,6 +339,7 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
     alone = replace(outcome, grounds={"": ("a", "b", "c")})
     unnamed = mail(diagnosis, alone)
     assert "reads too high, A. If the declared" in unnamed
+    assert "cases, if model and tolerances are right, which is in doubt here." in unnamed
     assert "\nWhy: The tyre comes out 0.50" in unnamed
     other_ground = replace(tracks[0], name="d")
     two = replace(outcome, tracks=(*tracks, other_ground), grounds={**outcome.grounds, "snow": ("d",)})
@@ -370,6 +372,12 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
     first, second, *_ = next_steps(assumed, outcome)
     assert (first[:16], second[:30]) == ("whoever keeps th", "at the rig, on the same visit,")
     sound = replace(diagnosis, stiffness_ratio=1.0)
+    known = FoundStiffness(found=2.158e6, declared=1.88e6, tolerance=0.376e6, assumed=True)
+    assert (
+        "\nStiffness: Found 2.16·10⁶ N/m², declared 1.88·10⁶, +15 %: inside its tolerance of ± 20 %"
+        " (assumed, as none is declared).\n" in mail(replace(sound, notes=(), stiffness=known), outcome)
+    )
+    assert "inside its" not in mail(replace(diagnosis, stiffness=known), outcome)
     assert "Do not use" not in mail(replace(sound, notes=()), outcome)
     # Where no friction was estimated, what was found comes first.
     assert lines_to_send(sound, None)[0][0][0] == "What the assumed model leaves out"
