@@ -10,6 +10,7 @@ from brushgrip.report.friction_summary import variance_shares_by_cause
 from brushgrip.report.validity_and_missing_effects import stiffness_cases
 from brushgrip.wording.diagnosis_in_words import (
     is_unconfirmed,
+    judging_may_be_of_another_wheel,
     proposed_recordings,
     unexplained_is_larger,
 )
@@ -23,7 +24,6 @@ from brushgrip.wording.formatting import (
 )
 from brushgrip.wording.friction_in_words import how_to_narrow
 from identification import Diagnosis, FoundEffect
-from identification.diagnosis.declared_values import says_declared_value_is_off
 from identification.diagnosis.graded_effects import ASSUMED, UNRECORDED_LOAD
 from observers.quality.self_consistency import BAND_95
 from observers.quality.tuning_from_tolerances import OF_LENGTHS, OF_LOAD
@@ -88,7 +88,7 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
             f"record the load, as one that changes with the angle would look like {listed(like_load)}"
         )
     steps += _for_the_model(diagnosis)
-    doubted = any(map(says_declared_value_is_off, diagnosis.notes))
+    doubted = judging_may_be_of_another_wheel(diagnosis)
     check = _check_of_validation(diagnosis)
     steps += check * doubted
     if unconfirmed := [effect_words(e.name) for e in diagnosis.effects if is_unconfirmed(e)]:

@@ -7,7 +7,11 @@ from dataclasses import dataclass
 from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.report.friction_summary import load_trend_in_words
-from brushgrip.wording.diagnosis_in_words import is_unconfirmed, unexplained_is_larger
+from brushgrip.wording.diagnosis_in_words import (
+    is_unconfirmed,
+    judging_may_be_of_another_wheel,
+    unexplained_is_larger,
+)
 from brushgrip.wording.formatting import effect_words, listed, percent, sentence
 from identification import Diagnosis
 from identification.diagnosis.declared_values import says_declared_value_is_off
@@ -134,6 +138,13 @@ def _of_effects(diagnosis: Diagnosis) -> list[Doubt]:
             Doubt(
                 reason="the recordings want a length, a load or a zero other than declared",
                 before="that is measured (see the notes)",
+            )
+        )
+    elif judging_may_be_of_another_wheel(diagnosis):
+        doubts.append(
+            Doubt(
+                reason="with nothing adjusted what was found hardly helps on the validation recordings",
+                before="it is checked that they are of the same wheel, load and ground",
             )
         )
     if any(note.startswith(STOPPED_EARLY) for note in diagnosis.notes):

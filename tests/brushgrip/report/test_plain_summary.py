@@ -204,6 +204,8 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     assert declare.startswith("find out how well load was measured"), "nothing is wrong: last"
     off = "c: load is at the end of its tolerance, 1.1"
     assert next_steps(replace(hidden, notes=(assumed, off)), known)[0] == check
+    alike = replace(hidden, before=replace(hidden.before, unrefitted={"c": 0.08}))
+    assert next_steps(replace(alike, notes=(assumed,)), known)[0] == check
     assert check.startswith("check that the validation recordings are of the")
     assert check.endswith("7.00 % of range, most in c (7.00 %)")
     loose = replace(known, tracks=(replace(TRACKS[0], budget={OF_LOAD: 0.04}), TRACKS[1]))

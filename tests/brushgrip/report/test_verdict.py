@@ -37,6 +37,16 @@ def of(*values: float, **grounds: tuple[str, ...]) -> FrictionOutcome:
     return make_outcome(tracks=tracks, grounds=grounds or {"ice": NAMES})
 
 
+def with_nothing_adjusted(before: float, after: float) -> Diagnosis:
+    """Errors of the validation recording d without and with the effects found."""
+    judged = make_diagnosis(NAMES[:3], NAMES[3:], unexplained=False)
+    old, new = (
+        replace(stage, unrefitted={"d": error})
+        for stage, error in ((judged.before, before), (judged.after, after))
+    )
+    return replace(judged, before=old, after=new)
+
+
 NEVER = replace(TRACKS[3], usable=np.zeros(11, dtype=bool))
 ENDED = replace(TRACKS[3], usable=np.arange(11) < 9, last_status=Status.INCONSISTENT)
 LOADS = replace(
@@ -105,6 +115,8 @@ HALF = replace(SOUND, recordings=("a",), holdout=())
             KNOWN,
             "other than declared",
         ),
+        (USE, with_nothing_adjusted(0.1, 0.07), KNOWN, ""),
+        (CARE, with_nothing_adjusted(0.09, 0.07), KNOWN, "With nothing adjusted what was found hardly"),
         (CARE, graded("stands_in"), KNOWN, "The cause of a correction in it (torque offset) is not"),
         (CARE, graded("weak"), KNOWN, "It allows for torque offset, which may be chance"),
         (
