@@ -7,9 +7,10 @@ import numpy as np
 
 from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome, mean_figures
 from brushgrip.estimation.observe_recording import FrictionTrack
-from brushgrip.wording.formatting import listed
+from brushgrip.wording.formatting import band_decimals, listed, sentence
 from brushgrip.wording.friction_in_words import status_in_words, with_95_band
 from identification import Diagnosis
+from identification.residuals.repeatability import SAME_LOAD
 from observers import Status
 from observers.planning.uncertainty_budget import REST, SLOPE
 from observers.quality.friction_across_recordings import kendall_load_test
@@ -32,6 +33,10 @@ LEAST_TOLD = 0.5
 """Percentage of a band from which on a part of it is told."""
 OVER_TIME = "friction over time"
 """Family of effects by which friction changes within a recording."""
+UNEXPLAINED = 0.2
+"""Share of the turn that is not explained from which on that is why nothing is usable [1]."""
+MAX_PAIRS = 3
+"""Pairs of grounds whose ratios are all told."""
 MAX_TOLD, CHANCE = 6, 0.01
 """Recordings of a ground whose loads are told; chance up to which an order is told [1]."""
 
@@ -85,7 +90,7 @@ def usable_until(track: FrictionTrack) -> str:
         since = f"from {track.t[first]:.1f} s"
     if at == end:
         return f"{since} to the end{gaps}"
-    why = status_in_words(track.last_status)
+    why = status_in_words(_why_not_usable(track))
     if at is not None:
         return f"{since} to {track.t[at]:.1f} of {track.t[end]:.1f} s{gaps}; then {why}"
     if not track.usable.any():
@@ -94,6 +99,25 @@ def usable_until(track: FrictionTrack) -> str:
     if not track.changes.size:
         return f"{lasted}, but contradicted later: {status_in_words(Status.INCONSISTENT)}"
     return f"{lasted}, but not since a new ground was noticed at {track.changes[-1]:.1f} s: {why}"
+
+
+def _why_not_usable(track: FrictionTrack) -> Status:
+    """The last status of a track; of one that was never usable too that the model explains it too badly.
+
+    What the model does not explain is not acquired either, however far the wheel slides.
+    """
+    inconsistent = track.inconsistent
+    if track.usable.any() or inconsistent is None or Status.SUSPECT in track.last_status:
+        return track.last_status
+    turn = np.ones(inconsistent.size) if track.turn is None else track.turn
+    unexplained = float(turn @ inconsistent) > UNEXPLAINED * float(turn.sum())
+    return track.last_status | Status.INCONSISTENT if unexplained else track.last_status
+
+
+def friction_is_by(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
+    """What friction is told by: the model found, or the vehicle as declared."""
+    as_declared = diagnosis.of_car and outcome.inclination is None
+    return "by the vehicle as declared" if as_declared else "by the model found"
 
 
 def load_trend_in_words(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
@@ -152,13 +176,43 @@ def note_on_changing_friction(diagnosis: Diagnosis) -> str:
     )
 
 
-def grounds_alike(outcome: FrictionOutcome) -> str:
-    """Which grounds these recordings do not tell apart, in a sentence; empty for none."""
-    bands = outcome.bands()
-    pairs = list(combinations(bands, 2))
-    same = [f"{a} from {b}" for a, b in pairs if not bands[a].differs_from(bands[b], len(pairs))]
-    told = f" These recordings do not tell {listed(same, 'or')}: the difference may be chance."
-    return told * bool(same)
+def grounds_compared(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
+    """By how much grounds differ, and which these recordings do not tell apart, in sentences.
+
+    Of many grounds that differ, only over that of the least friction. Empty for fewer than two.
+    """
+    bands = dict(sorted(outcome.bands().items(), key=lambda own: own[1].mu_eff))
+    pairs, same, more = list(combinations(bands, 2)), [], []
+    for low, high in pairs:
+        ratio, half = bands[high].over(bands[low], len(pairs))
+        if ratio - half <= 1:
+            same.append(f"{low} from {high}")
+        elif len(pairs) <= MAX_PAIRS or low == next(iter(bands)):
+            apart = _loads_apart(outcome, diagnosis, low, high)
+            digits = band_decimals(half)
+            more.append(
+                f"{high} grips {ratio:.{digits}f} ± {half:.{digits}f} times as much as {low}{apart}"
+            )
+    sentences = []
+    if more:
+        share = "both" if len(bands) == 2 else "all"
+        shared = f"errors of lengths, load, torque and stiffness that {share} share cancel"
+        sentences.append(f"{sentence(listed(more)).removesuffix('.')} (in 95 of 100 cases; {shared}).")
+    if same:
+        chance = "the difference may be chance"
+        sentences.append(f"These recordings do not tell {listed(same, 'or')}: {chance}.")
+    return " ".join(sentences)
+
+
+def _loads_apart(outcome: FrictionOutcome, diagnosis: Diagnosis, *grounds: str) -> str:
+    """That loads on two grounds are so far apart that they may be why friction differs; else empty."""
+    loads = median_loads(diagnosis)
+    low, high = sorted(
+        [loads[track.name] for track, _ in outcome.known_tracks(ground) if track.name in loads]
+        for ground in grounds
+    )
+    apart = bool(low and high) and min(high) > SAME_LOAD * max(low)
+    return ", if it is not the load, which differs too" * apart
 
 
 def median_loads(diagnosis: Diagnosis) -> dict[str, float]:

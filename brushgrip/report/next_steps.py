@@ -10,10 +10,18 @@ from brushgrip.report.friction_summary import variance_shares_by_cause
 from brushgrip.report.validity_and_missing_effects import stiffness_cases
 from brushgrip.wording.diagnosis_in_words import (
     is_unconfirmed,
+    judging_may_be_of_another_wheel,
     proposed_recordings,
     unexplained_is_larger,
 )
-from brushgrip.wording.formatting import band_decimals, effect_words, listed, percent, unrefitted_error
+from brushgrip.wording.formatting import (
+    band_decimals,
+    effect_words,
+    listed,
+    percent,
+    sentence,
+    unrefitted_error,
+)
 from brushgrip.wording.friction_in_words import how_to_narrow
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.graded_effects import ASSUMED, UNRECORDED_LOAD
@@ -43,6 +51,8 @@ PART_OF_BAND = {"half-length a": OF_LENGTHS, "caster e": OF_LENGTHS, "load": OF_
 
 That of k is no narrower where it is declared: it then counts what the torque's scale may be off by.
 """
+HARDLY = "; that hardly narrows the ±"
+"""Of what is to be declared."""
 OF_ZERO = {
     "torque_offset": "a zero error of the torque", "zero_drift": "a drift of the torque's zero",
 }  # fmt: skip
@@ -78,6 +88,9 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
             f"record the load, as one that changes with the angle would look like {listed(like_load)}"
         )
     steps += _for_the_model(diagnosis)
+    doubted = judging_may_be_of_another_wheel(diagnosis)
+    check = _check_of_validation(diagnosis)
+    steps += check * doubted
     if unconfirmed := [effect_words(e.name) for e in diagnosis.effects if is_unconfirmed(e)]:
         steps.append(
             "fit a recording of each ground (with --holdout, leave that out), which settles whether"
@@ -86,24 +99,34 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     weak = [effect_words(e.name) for e in diagnosis.effects if e.grade in ("weak", "stands_in")]
     if weak and not steps:
         steps.append(f"make more recordings, which settle whether {listed(weak)} is there")
-    where = f"at the rig{', on the same visit' * bool(stiffness_cases(diagnosis))}"
-    to_declare = [
-        f"{where}, measure {listed(names)}, and declare their tolerances"
-        f"{_at_best(outcome, *{PART_OF_BAND.get(name, '') for name in names})}"
-        for note in diagnosis.notes
-        if note.startswith(ASSUMED) and (names := _values_without_tolerance(diagnosis, note))
-    ][:1]
-    more = _more_recordings(outcome)
-    if not steps and (variance_shares_by_cause(outcome) or not [*more, *to_declare]):
-        steps, to_declare = [*to_declare, *_to_narrow(diagnosis, outcome, told_apart=to_declare)], []
+    more, declare = _more_recordings(outcome), _to_declare(diagnosis, outcome)
+    narrow = [] if steps else _to_narrow(outcome, told_apart=declare)
     if stiffness_cases(diagnosis):  # Both at the rig.
-        steps, to_declare = [steps[0], *to_declare, *steps[1:]], []
-    return [*steps[: MAX_STEPS - len(more)], *more, *to_declare][:MAX_STEPS]
+        steps, declare = [steps[0], *declare, *steps[1:]], []
+    if not steps:
+        hardly = any(HARDLY in one for one in declare)
+        steps, declare = (narrow, declare) if hardly else ([*declare, *narrow], [])
+    last = [*declare, *check * (not doubted)]
+    return [*steps[: MAX_STEPS - len(more)], *more, *last][:MAX_STEPS] or ["nothing"]
+
+
+def _to_declare(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
+    """That tolerances are to be declared, and what that brings; empty where all are."""
+    note = next((note for note in diagnosis.notes if note.startswith(ASSUMED)), "")
+    if not (names := _values_without_tolerance(diagnosis, note) if note else []):
+        return []
+    brought = _at_best(outcome, *{PART_OF_BAND.get(name, "") for name in names})
+    visit = "at the rig, on the same visit, " * bool(stiffness_cases(diagnosis))
+    was, tolerances = ("was", "its tolerance") if len(names) == 1 else ("were", "the tolerances")
+    return [
+        f"{visit}find out how well {listed(names)} {was} measured (measure what was guessed), and"
+        f" declare {tolerances} in the rig file{brought or HARDLY * bool(outcome.bands())}"
+    ]
 
 
 def _for_the_model(diagnosis: Diagnosis) -> list[str]:
-    """What recordings would tell more of the model, or that those that judge may be others."""
-    apart, unrefitted = what_experiments_separate(diagnosis), unrefitted_error(diagnosis)
+    """What recordings would tell more of the model."""
+    apart = what_experiments_separate(diagnosis)
     by_zero = all(p.rival in OF_ZERO for _, p in proposed_recordings(diagnosis).values())
     unchecked = ", if the torque's zero cannot be checked," * by_zero
     proposed = f"stands under “Next recording”, which tells {apart}"
@@ -115,15 +138,21 @@ def _for_the_model(diagnosis: Diagnosis) -> list[str]:
             + f"; begin{unchecked} with what {proposed}"
             * bool(apart)
         ]
-    if unrefitted is not None:
-        nothing = diagnosis.after.unrefitted
-        worst = max(nothing, key=lambda name: nothing[name])
-        return [
-            "check that the validation recordings are of the same wheel, load and ground, as with"
-            f" nothing adjusted to them the error is {percent(unrefitted)} of range, most in {worst}"
-            f" ({percent(nothing[worst])})"
-        ]
     return [f"record what {proposed}"] * bool(apart)
+
+
+def _check_of_validation(diagnosis: Diagnosis) -> list[str]:
+    """That the recordings that judge may be of another wheel, as nothing adjusted they fit worse."""
+    unrefitted = unrefitted_error(diagnosis)
+    if unrefitted is None or diagnosis.unexplained.present:
+        return []
+    nothing = diagnosis.after.unrefitted
+    worst = max(nothing, key=lambda name: nothing[name])
+    return [
+        "check that the validation recordings are of the same wheel, load and ground, as with nothing"
+        f" adjusted to them the error is {percent(unrefitted)} of range, most in {worst}"
+        f" ({percent(nothing[worst])})"
+    ]
 
 
 def _more_recordings(outcome: FrictionOutcome) -> list[str]:
@@ -148,17 +177,23 @@ def _values_without_tolerance(diagnosis: Diagnosis, note: str) -> list[str]:
     return [name for name in names if name != STIFFNESS or not stiffness_cases(diagnosis)]
 
 
-def _to_narrow(diagnosis: Diagnosis, outcome: FrictionOutcome, told_apart: Sequence[str]) -> list[str]:
-    """What narrows the ± of friction, if nothing says that yet, and what no recording would settle."""
+def _to_narrow(outcome: FrictionOutcome, told_apart: Sequence[str]) -> list[str]:
+    """What narrows the ± of friction, if nothing says that yet."""
     cause = next(iter(variance_shares_by_cause(outcome)), "")
-    narrower = (
-        f"to narrow the ±, {how_to_narrow(cause)}{_at_best(outcome, cause)}" if cause else "nothing"
-    )
-    rest = [not_separable(e) for e in diagnosis.effects if e.experiment]
-    if all(e.grade != "ambiguous" for e in diagnosis.effects):
-        rest.append("no further recording is needed to find the model")
     said = cause in PART_OF_BAND.values() and told_apart
-    return ["; ".join(rest if said else [narrower, *rest])] if rest or not said else []
+    return [f"to narrow the ±, {how_to_narrow(cause)}{_at_best(outcome, cause)}"] * bool(
+        cause and not said
+    )
+
+
+def what_further_recordings_tell(diagnosis: Diagnosis) -> str:
+    """That no recording would settle what is open, or that none is needed, in sentences; else empty."""
+    if diagnosis.unexplained.present:
+        return ""
+    told = [not_separable(e) for e in diagnosis.effects if e.experiment and not e.experiment.feasible]
+    if all(e.grade == "strong" for e in diagnosis.effects):
+        told.append("none is needed to find the model")
+    return " ".join(map(sentence, told))
 
 
 def not_separable(effect: FoundEffect) -> str:

@@ -30,6 +30,7 @@ from brushgrip.report import (
     plain_summary,
     tables,
     validity_and_missing_effects,
+    what_effects_do,
 )
 from brushgrip.wording import diagnosis_in_words, formatting
 from brushgrip.wording import friction_in_words as friction_wording
@@ -52,6 +53,7 @@ _WORDING_MODULES = (
     diagnosis_in_words,
     friction_wording,
     friction_summary,
+    what_effects_do,
     validity_and_missing_effects,
     next_steps,
     plain_summary,

@@ -14,17 +14,18 @@ from brushgrip.report.friction_summary import (
     IN_PLAIN_WORDS,
     at_common_load,
     converted_to_common_load,
-    grounds_alike,
+    grounds_compared,
     last_usable_friction,
     load_trend_in_words,
     note_on_highest_loads,
     variance_shares_by_cause,
 )
-from brushgrip.report.next_steps import CHECKS, next_steps
+from brushgrip.report.next_steps import CHECKS, next_steps, what_further_recordings_tell
 from brushgrip.report.provisional_friction import (
     doubt_of_stiffness,
     friction_if_stiffness_is_wrong,
-    why_provisional,
+    other_stiffness,
+    stiffness_within_tolerance,
 )
 from brushgrip.report.validity_and_missing_effects import (
     ALLOWED_FOR,
@@ -33,11 +34,13 @@ from brushgrip.report.validity_and_missing_effects import (
     benefit_for_friction,
     error_to_quote,
     missing_effects,
+    result_in_plain_words,
     several_mechanisms,
     stiffness_cases,
     validity,
 )
-from brushgrip.wording.diagnosis_in_words import headline, is_unconfirmed
+from brushgrip.report.verdict import NOT_YET, verdict
+from brushgrip.wording.diagnosis_in_words import is_unconfirmed
 from brushgrip.wording.formatting import effect_words, listed, percent, sentence
 from brushgrip.wording.friction_of_a_ground import further_recording, prediction_band
 from identification import Diagnosis
@@ -45,6 +48,9 @@ from observers import GroundFriction
 
 UNLIKE = "asymmetric_friction"
 """The effect by which friction differs by direction."""
+ARE_RIGHT = "if model and tolerances are right"
+"""What the ± of a recording rests on."""
+FRICTION = "friction between tyre and ground"
 Parts = list[tuple[str, list[str]]]
 """Labels, each with its items."""
 AGREE = 0.25
@@ -90,23 +96,25 @@ def lines_to_send(
     label = LEFT_OUT + ALLOWED_FOR * (known and (not diagnosis.of_car or told.inclination is not None))
     error, judged = error_to_quote(diagnosis)
     provisional = known and diagnosis.stiffness_ratio != 1
-    finding = {label: missing} if missing else {"Result": [headline(diagnosis)]}
+    finding = {label: missing} if missing else {"Result": [result_in_plain_words(diagnosis)]}
     if_wrong = friction_if_stiffness_is_wrong(diagnosis, told) if provisional else []
-    otherwise, doubt = doubt_of_stiffness(diagnosis, told, if_wrong)
-    why = why_provisional(diagnosis, otherwise) if provisional else ""
-    friction = {"Friction between tyre and ground": [_friction(told, why)]}
+    judged_use, why = verdict_on_friction(diagnosis, told)
+    friction = {judged_use: [_friction(told)], "Why": [why]}
     cases = stiffness_cases(diagnosis)
     for at, value in enumerate(if_wrong, 1):
         cases[at] = f"{cases[at].removesuffix('.')}: then {value}."
     valid = validity(diagnosis, told.slide_rate if known else None, told.slide_speed)
     benefit, trend = benefit_for_friction(diagnosis, told), load_trend_in_words(told, diagnosis)
     *sure, caution = _holds(told, "force" if diagnosis.of_car else "torque")
+    if judged_use == NOT_YET:
+        sure = [line.replace(ARE_RIGHT, f"{ARE_RIGHT}, which is in doubt here") for line in sure]
     if provisional:
-        sure.insert(0, doubt)
+        sure.insert(0, doubt_of_stiffness(diagnosis, told, if_wrong)[1])
         benefit = f"Whether it is right rests on what is to do first. {benefit}" * bool(benefit)
     mail = {
         "Note": [warning],
         **(friction if outcome else finding),
+        "Grounds": [grounds_compared(told, diagnosis)],
         "By which vehicle": [sentence(_of_vehicle(told, list(told.grounds)))] if known else [],
         "How sure": [" ".join(filter(None, [*sure, trend]))] if known else [*cases[:1], *reserved[:-1]],
         "To do first": [sentence(first)] if first else [],
@@ -115,9 +123,11 @@ def lines_to_send(
         "Valid for": [valid],
     }
     details = {
-        "Provisional because" if provisional else "Stiffness": cases[not known :],
+        "What the stiffness may mean" if provisional else "Stiffness": cases[not known :]
+        or [stiffness_within_tolerance(diagnosis)],
         "More on how sure": [caution, *also] if known else [],
         "To do then": [f"After {one}, {after[:1].lower()}{after[1:]}" * bool(after), *steps[1:]],
+        "Further recordings": [what_further_recordings_tell(diagnosis)],
         "Recordings with a value": [benefit],
         "How the error is told": [judged],
         "Repeatability": [_repeatability(diagnosis)],
@@ -126,14 +136,27 @@ def lines_to_send(
     return _filled(mail), _filled(details)
 
 
+def verdict_on_friction(diagnosis: Diagnosis, outcome: FrictionOutcome) -> tuple[str, str]:
+    """Whether friction may be used, and why."""
+    if_wrong = (
+        friction_if_stiffness_is_wrong(diagnosis, outcome) if diagnosis.stiffness_ratio != 1 else []
+    )
+    otherwise, _ = doubt_of_stiffness(diagnosis, outcome, if_wrong)
+    return verdict(diagnosis, outcome, other_stiffness(diagnosis, otherwise))
+
+
 def _repeatability(diagnosis: Diagnosis) -> str:
     """How well recordings that replicate each other repeat, and what that may make of the error."""
     if (known := diagnosis.repeatability) is None:
         return ""
-    which = "; ".join(listed([f"“{name}”" for name in names]) for names in known.replicates)
+    spreads = known.spreads or (known.spread,) * len(known.replicates)
+    which = "; ".join(
+        f"{listed([f'“{name}”' for name in names])} by {percent(spread)}"
+        for names, spread in zip(known.replicates, spreads, strict=True)
+    )
     return (
-        f"Recordings of one ground and load ({which}) differ by {percent(known.spread)} in the torque at"
-        f" which the tyre slides. Up to {percent(known.nrmse)} of the torque's range may come from that"
+        "Recordings of one ground and load differ in the torque at which the tyre slides (standard"
+        f" deviation): {which}. Up to {percent(known.nrmse)} of the torque's range may come from that"
         " in an error with nothing adjusted to a recording. Part of it may be how fast they turn."
     )
 
@@ -144,8 +167,8 @@ def _filled(parts: dict[str, list[str]]) -> Parts:
     return [(label, items) for label, items in filled.items() if items]
 
 
-def _friction(outcome: FrictionOutcome, why_provisional: str = "") -> str:
-    """Friction of every ground, why it is provisional, and which grounds may be one."""
+def _friction(outcome: FrictionOutcome) -> str:
+    """Friction of every ground, and what it is made of."""
     grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
     bands = outcome.bands().values()
     count, of, each = str(len(outcome.before)), "from", ""
@@ -157,7 +180,7 @@ def _friction(outcome: FrictionOutcome, why_provisional: str = "") -> str:
         each += f", turning at {outcome.slide_rate:.2g} rad/s"
     line = f"{grounds} ({of} {count} recording{'s' * (count != '1')}{each})"
     line = ", ".join(filter(None, [line, converted_to_common_load(outcome)]))
-    return f"{' '.join(map(sentence, filter(None, [line, why_provisional])))}{grounds_alike(outcome)}"
+    return f"{FRICTION} {line}."
 
 
 def _of_vehicle(outcome: FrictionOutcome, grounds: Sequence[str]) -> str:
@@ -183,7 +206,7 @@ def _holds(outcome: FrictionOutcome, read: str) -> list[str]:
     if len(bands) < len(outcome.grounds):
         lines.append(
             f"{'Where a recording is named, t' if bands else 'T'}he truth lies within ± in 95 of"
-            " 100 cases, if model and tolerances are right."
+            f" 100 cases, {ARE_RIGHT}."
         )
     lines.append(
         f"A {read} that reads 5 % too high makes friction 5 % too high, a load that is too low about as"

@@ -5,8 +5,7 @@ from collections.abc import Mapping
 from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome, found_model
 from brushgrip.outputs.console import print_table, print_text, say, warn
 from brushgrip.report.friction_summary import widest_causes
-from brushgrip.report.plain_summary import friction_and_notes, lines_to_send
-from brushgrip.report.provisional_friction import why_provisional
+from brushgrip.report.plain_summary import friction_and_notes, lines_to_send, verdict_on_friction
 from brushgrip.report.tables import (
     errors_by_stage,
     friction_by_recording,
@@ -68,7 +67,9 @@ def print_diagnosis(
     if warning:
         print_text(warning, style="bold")
     known, notes = friction_and_notes(outcome)
-    for line in (*known, *filter(None, [why_provisional(diagnosis)] * bool(known)), headline(diagnosis)):
+    use, why = verdict_on_friction(diagnosis, outcome) if outcome else ("", "")
+    judged = f"Friction: {use[:1].lower()}{use[1:]}. {why}".strip() * bool(use)
+    for line in filter(None, (*known, judged, headline(diagnosis))):
         print_text(line, style="bold")
     for line in notes:
         print_text(line)

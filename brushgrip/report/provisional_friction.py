@@ -6,16 +6,28 @@ from identification import Diagnosis
 from identification.diagnosis.found_stiffness import OFF_STIFFNESS
 
 
-def why_provisional(diagnosis: Diagnosis, otherwise: str = "") -> str:
-    """That friction is provisional by a stiffness that was not declared, in a sentence; else empty."""
-    ratio, whole, comes = diagnosis.stiffness_ratio, "rig", "the tyre comes"
+def other_stiffness(diagnosis: Diagnosis, otherwise: str = "") -> str:
+    """How far the stiffness is from the declared one, and what friction is else, a phrase; or empty."""
+    ratio, comes = diagnosis.stiffness_ratio, "the tyre comes"
     if diagnosis.of_car:
-        whole, comes = "car", "tyres and what yields beside them come"
+        comes = "tyres and what yields beside them come"
     several = sum(note.startswith(OFF_STIFFNESS) for note in diagnosis.notes) > 1
     return (
-        f"Provisional, specify nothing before the {whole} is checked: {comes} out {ratio:.2f} times as"
-        f" stiff as declared{' at the farthest' * several}{otherwise}."
+        f"{comes} out {ratio:.2f} times as stiff as declared{' at the farthest' * several}{otherwise}"
     ) * bool(ratio != 1)
+
+
+def stiffness_within_tolerance(diagnosis: Diagnosis) -> str:
+    """The stiffness found beside the declared one where its tolerance covers it, a sentence."""
+    if (one := diagnosis.stiffness) is None or diagnosis.stiffness_ratio != 1:
+        return ""
+    off = f"{100 * (one.found / one.declared - 1):+.0f} %".replace("-", "−")
+    tolerance = f"± {100 * one.tolerance / one.declared:.0f} %"
+    return (
+        f"Found {one.found / 1e6:.3g}·10⁶ N/m²{' at the farthest' * one.several}, declared"
+        f" {one.declared / 1e6:.3g}·10⁶, {off}: inside its tolerance of {tolerance}"
+        f"{' (assumed, as none is declared)' * one.assumed}."
+    )
 
 
 def doubt_of_stiffness(

@@ -12,6 +12,7 @@ from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.report.friction_summary import (
     at_common_load,
     converted_to_common_load,
+    friction_is_by,
     last_usable_friction,
     median_loads,
     note_on_changing_friction,
@@ -62,8 +63,8 @@ def friction_by_recording(friction: FrictionOutcome, diagnosis: Diagnosis) -> Re
         if name in tracks
     ]
     return ReportTable(
-        caption="Last usable friction μ_eff of each recording by the model found, ± 95 % band (if model"
-        " and tolerances are right), and when it is usable"
+        caption=f"Last usable friction μ_eff of each recording {friction_is_by(friction, diagnosis)},"
+        " ± 95 % band (if model and tolerances are right), and when it is usable"
         + "; for a further recording the ± of the ground counts" * bool(friction.bands())
         + "; a dash where none is, or too much contradicts it later" * any(r[-2] == "–" for r in rows)
         + f"; {converted_to_common_load(friction)}" * (friction.load is not None)

@@ -13,6 +13,12 @@ from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import digest_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
+from brushgrip.report.what_effects_do import (
+    MECHANISMS,
+    OVER_SPEED,
+    friction_over_speed,
+    summary_of,
+)
 from brushgrip.wording.diagnosis_in_words import CLEAR, is_unconfirmed, unexplained_is_larger
 from brushgrip.wording.formatting import effect_words, judging_error_name, listed, percent, sentence
 from identification import Diagnosis, FoundEffect
@@ -20,7 +26,6 @@ from identification.diagnosis.found_stiffness import OFF_STIFFNESS
 from identification.diagnosis.from_search import BEYOND_RANGE
 from identification.diagnosis.graded_effects import ASSUMED
 from symbolic import EFFECTS, InvalidInputError
-from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO, weaker_share_below_mean
 
 MEANING = ", how steeply the torque rises before anything slides, is"
 """What the stiffness k is, behind its name."""
@@ -28,21 +33,10 @@ LEFT_OUT = "What the assumed model leaves out"
 """Label of `missing_effects`."""
 ALLOWED_FOR = "; friction above allows for it"
 """What follows that label where friction is told by the model found."""
+UNCLEAR = ("stands_in", "weak")
+"""Grades of effects that are not certain."""
 CERTAIN = "likely, not proven"
 """Of a gain that is as good as certainly no chance."""
-OVER_SPEED = "friction over speed"
-MECHANISMS = {
-    OVER_SPEED: "friction changes with the speed of sliding",
-    "friction over time": "friction changes with time or with the angle turned",
-    "friction over load": "friction changes with the load",
-    "friction over direction": "friction differs by the direction of turning",
-    "contact over load": "the length of the contact follows the load",
-    "compliance and contact shape": "the tyre's body yields, or its pressure is spread otherwise",
-    "sensor and steering": "sensor and steering add to the torque",
-}
-"""What a model without a mechanism leaves out, for somebody who knows no tyre model."""
-STRAIGHT = 0.15
-"""Distance of a curve from a line over its change, up to which it is told by its slope [1]."""
 
 
 def demo_recordings_warning(provenance: Mapping[str, Any] | None) -> str:
@@ -147,6 +141,23 @@ def missing_effects(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
     ]
 
 
+def result_in_plain_words(diagnosis: Diagnosis) -> str:
+    """What a search without a clear effect came to, in sentences."""
+    unknown = diagnosis.unexplained
+    names = {g: [effect_words(e.name) for e in diagnosis.effects if e.grade == g] for g in UNCLEAR}
+    if names["stands_in"]:
+        told = f"Nothing is certain: what looks like {listed(names['stands_in'])} may be something else."
+    elif names["weak"]:
+        told = f"There are only weak signs of {listed(names['weak'])}, which may be chance."
+    elif unknown.present:
+        told = "No effect that is known explains what the assumed model lacks."
+    else:
+        beside = " beside its stiffness" * (diagnosis.stiffness_ratio != 1)
+        told = f"The assumed model lacks nothing{beside} that these recordings could show."
+    rest = f" {percent(unknown.structured)} of the torque's range have an unknown cause."
+    return told + rest * unknown.present
+
+
 def _use_of_stand_ins(
     diagnosis: Diagnosis, stand_ins: Sequence[FoundEffect], outcome: FrictionOutcome
 ) -> str:
@@ -190,42 +201,6 @@ def _cause(diagnosis: Diagnosis, effect: FoundEffect) -> str:
     known |= {effect.name: f"your effect “{effect_words(effect.name)}”"}  # Of no other family.
     pairs = zip(families, names, strict=True)
     return listed(list(dict.fromkeys(known.get(f, effect_words(name)) for f, name in pairs)), "or")
-
-
-def summary_of(diagnosis: Diagnosis, effect: FoundEffect) -> str:
-    """What an effect does: friction over speed by its curve, others by the library, with their size."""
-    if effect.family == OVER_SPEED:
-        alone = sum(one.family == OVER_SPEED for one in diagnosis.effects) == 1
-        by_c = "(2.3 c μ) for each" if alone and "c" in effect.parameters else "for each"
-        return friction_over_speed(diagnosis).replace("for each", by_c)
-    summary = effect.summary
-    ratios = [one for name, one in effect.parameters.items() if name.partition(" [")[0] == "ratio"]
-    if effect.name == "asymmetric_friction" and len(ratios) == 1:
-        # Of friction at rising over that at falling angle.
-        ratio = ratios[0].value
-        less = weaker_share_below_mean({ASYMMETRY_RATIO: ratio})
-        way, back = ("rises", "falls")[:: 1 if ratio < 1 else -1]
-        summary += f", lower while the angle {way} than while it {back}"
-        summary += f" ({100 * less:.0f} % below the mean of both)"
-    return f"{'looks like: ' * (effect.grade == 'stands_in')}{summary}"
-
-
-def friction_over_speed(diagnosis: Diagnosis) -> str:
-    """Which way and how much friction changes with speed by the fitted curve, as far as it is simple."""
-    curve = next((f.curve for f in diagnosis.families if f.name == OVER_SPEED), None)
-    if curve is None or not (curve.y > 0).all():
-        return MECHANISMS[OVER_SPEED]
-    steps, change = np.diff(curve.y), curve.y[-1] - curve.y[0]
-    if not change or (steps * change < 0).any():
-        return MECHANISMS[OVER_SPEED]
-    verb, decades = "rises" if change > 0 else "falls", np.log10(curve.x / curve.x[0])
-    where = f" from {1e3 * curve.x[0]:.2g} to {1e3 * curve.x[-1]:.2g} mm/s, in a typical recording"
-    line = curve.y[0] + change * decades / decades[-1]
-    if np.abs(curve.y - line).max() > STRAIGHT * abs(change):
-        return f"friction {verb} with the speed of sliding{where}"
-    slope = abs(change) / decades[-1]
-    size = f"{slope:.2f}" if slope >= 0.005 else "less than 0.01"
-    return f"friction {verb} by {size} for each tenfold sliding speed{where}"
 
 
 def several_mechanisms(effect: FoundEffect) -> bool:

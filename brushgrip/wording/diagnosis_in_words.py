@@ -15,6 +15,7 @@ from brushgrip.wording.formatting import (
     with_degrees,
 )
 from identification import Diagnosis, FoundEffect, FoundModel, ParameterEstimate
+from identification.diagnosis.declared_values import says_declared_value_is_off
 from identification.diagnosis.graded_effects import CLEAR_BIC, CLEAR_ERRORS, UNRECORDED_LOAD
 from identification.experiments.proposed_experiment import Proposal
 
@@ -27,6 +28,8 @@ GRADES: Mapping[str, str] = {
 """Words for the grades; a stand-in takes the place of something unknown."""
 UNPROVEN = "unproven, not to be built on"
 """Of a stand-in."""
+HARDLY_BETTER = 0.75
+"""Error with nothing adjusted over that without the effects found from which on they hardly help [1]."""
 CLEAR = ("strong", "ambiguous")
 """Grades of effects that are said to be missing."""
 COMMON_NAMES = {
@@ -68,6 +71,15 @@ def _unrefitted_clause(diagnosis: Diagnosis) -> str:
     if error is None:
         return ""
     return f", but {percent(error)} with nothing adjusted: there friction, lengths or load differ"
+
+
+def judging_may_be_of_another_wheel(diagnosis: Diagnosis) -> bool:
+    """Whether with nothing adjusted the model found is hardly better than none, or a value seems off."""
+    if (error := unrefitted_error(diagnosis)) is None:
+        return False
+    known = diagnosis.before.summary()["holdout_torque_nrmse_unrefitted"]
+    hardly = known is not None and error > HARDLY_BETTER * known
+    return hardly or any(map(says_declared_value_is_off, diagnosis.notes))
 
 
 def unexplained_is_larger(diagnosis: Diagnosis) -> bool:

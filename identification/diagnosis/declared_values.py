@@ -13,6 +13,8 @@ from symbolic import TOLERATED
 
 FEWEST_ALIKE = 3
 """Fewest recordings that together speak for a declared value that is wrong."""
+AT_END, WANTED = "is at the end of its tolerance", "recordings want"
+"""What the notes on declared values say."""
 
 
 class _WantedValue(NamedTuple):
@@ -46,11 +48,16 @@ def notes_on_declared_values(
     ended = [one for one in wanted if one.at_end and one.name not in common]
     first = {one.name: one for one in reversed(ended)}
     single = [
-        f"{one.owner}: {one.name}{_meaning(one.name) * (one is first[one.name])} is at the end of"
-        f" its tolerance, {one.value:g}{_unit(one.name)}"
+        f"{one.owner}: {one.name}{_meaning(one.name) * (one is first[one.name])} {AT_END},"
+        f" {one.value:g}{_unit(one.name)}"
         for one in ended
     ]
     return [*common.values(), *single]
+
+
+def says_declared_value_is_off(note: str) -> bool:
+    """Whether a note is one of these."""
+    return AT_END in note or f" {WANTED} " in note
 
 
 def _wanted_values(fitted: Fit, estimates: Mapping[str, ParameterEstimate]) -> list[_WantedValue]:
@@ -88,7 +95,7 @@ def _common_note(wanted: Sequence[_WantedValue]) -> str:
     unit, than = _unit(one.name), "more" if one.off > 0 else "less"
     # The tolerance draws what is found to what is declared.
     return (
-        f"all {len(wanted)} recordings want {one.name} {than} than the declared"
+        f"all {len(wanted)} {WANTED} {one.name} {than} than the declared"
         f" {one.declared:g}{unit}, {value:.3g}{unit} or beyond: measure it"
     )
 

@@ -1,6 +1,7 @@
 """The stiffness that was found beside the declared one, and what it says of friction."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,11 +18,51 @@ OFF_STIFFNESS = "the fitted stiffness k is"
 """How the note on k beyond its tolerance begins."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class FoundStiffness:
+    """The stiffness found beside the declared one, of the recording where it is farthest from that.
+
+    Attributes:
+        found: in the model found [N/m^2].
+        declared: in the rig or vehicle file [N/m^2].
+        tolerance: of the declared one [N/m^2].
+        assumed: whether nobody declared the tolerance.
+        several: whether recordings have several, as of grounds.
+    """
+
+    found: float
+    declared: float
+    tolerance: float
+    assumed: bool
+    several: bool = False
+
+
+def stiffness_beside_declared(fitted: Fit, recordings: Sequence[Recording]) -> FoundStiffness:
+    """That of these recordings."""
+    known = {
+        FoundStiffness(
+            found=float(fitted.values.of(recording)["k"]),
+            declared=recording.tyre.k,
+            tolerance=_tolerance(recording),
+            assumed=recording.rig.tolerances.k is None,
+        ): None
+        for recording in recordings
+    }
+    farthest = max(known, key=lambda one: abs(float(np.log(one.found / one.declared))))
+    return replace(farthest, several=len(known) > 1)
+
+
+def _tolerance(recording: Recording) -> float:
+    """Of the declared stiffness, the usual one where none is declared [N/m^2]."""
+    tolerance = recording.rig.tolerances.k
+    return USUAL["k"] * recording.tyre.k if tolerance is None else tolerance
+
+
 def stiffness_ratio(k: float, recording: Recording) -> float:
     """A found stiffness [N/m^2] over the declared one [1]; 1 within its tolerance."""
-    declared, tolerance = recording.tyre.k, recording.rig.tolerances.k
-    within = USUAL["k"] * declared if tolerance is None else tolerance
-    return float(k / declared) if abs(k - declared) > max(within, AT_BOUND * declared) else 1.0
+    declared = recording.tyre.k
+    within = max(_tolerance(recording), AT_BOUND * declared)
+    return float(k / declared) if abs(k - declared) > within else 1.0
 
 
 def farthest_stiffness_ratio(fitted: Fit, recordings: Sequence[Recording]) -> float:

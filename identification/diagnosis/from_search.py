@@ -7,7 +7,7 @@ import numpy as np
 from identification.diagnosis.doubtful_effects import stand_ins
 from identification.diagnosis.effect_family_curves import found_families
 from identification.diagnosis.error_stages import errors_of
-from identification.diagnosis.found_stiffness import farthest_stiffness_ratio
+from identification.diagnosis.found_stiffness import farthest_stiffness_ratio, stiffness_beside_declared
 from identification.diagnosis.graded_effects import found_effects, found_kingpin, notes_on
 from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import Candidate, FoundEffect, Series, TorqueErrors
@@ -80,6 +80,7 @@ def build_diagnosis(
         criteria=search.criteria,
         inclination=next((one for one in kingpins if one is not None), None),
         stiffness_ratio=farthest_stiffness_ratio(fitted, training),
+        stiffness=stiffness_beside_declared(fitted, training),
         repeatability=repeatability(everything, fitted.values.tyre["k"]),
         model_error_before=error_before,
         model_error=error_after,

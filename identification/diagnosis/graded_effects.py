@@ -173,6 +173,8 @@ def effect_grade(
     return "ambiguous" if has_rivals else "strong"
 
 
+STOPPED_EARLY = "the final fit stopped early"
+"""How the note on it begins."""
 FAR_ZERO = 3.0
 """Torque offset over the tolerance of the zero from which on it is doubted [1]."""
 
@@ -214,7 +216,7 @@ def notes_on(
                 f"{effect.name}: a negative stiffness, so no spring: it turns the wheel outward"
             )
     if not fitted.converged:
-        notes.append(f"the final fit stopped early ({fitted.status}); more samples or bounds may help")
+        notes.append(f"{STOPPED_EARLY} ({fitted.status}); more samples or bounds may help")
     return tuple(notes)
 
 

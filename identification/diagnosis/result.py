@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from identification.diagnosis.found_stiffness import FoundStiffness
 from identification.diagnosis.result_parts import (
     Candidate,
     FoundEffect,
@@ -63,6 +64,7 @@ class Diagnosis:
         inclination: of a car's kingpins, where a clear return torque asks for another than the declared
             one [rad]; else None.
         stiffness_ratio: k over the declared one where that is farthest off [1]; 1 within tolerance.
+        stiffness: k beside the declared one; None where nobody says.
         repeatability: how well recordings of one ground and load repeat; None without replicates.
         without_stand_ins: the model of all effects but the stand-ins, and its values; None without
             stand-ins, or where the search had no such model.
@@ -90,6 +92,7 @@ class Diagnosis:
     of_car: bool = False
     inclination: float | None = None
     stiffness_ratio: float = 1.0
+    stiffness: FoundStiffness | None = None
     repeatability: Repeatability | None = None
     without_stand_ins: tuple[Model, Values] | None = None
 

@@ -34,6 +34,7 @@ class Repeatability:
     # Torque error of a model whose friction is the mean of the replicates', rms over the torque's range,
     # at most: a patch that does not slide as a whole depends on friction by less [1].
     nrmse: float
+    spreads: tuple[float, ...] = ()  # That of each group of `replicates` [1].
 
 
 def repeatability(recordings: Sequence[Recording], k: float) -> Repeatability | None:
@@ -49,6 +50,7 @@ def repeatability(recordings: Sequence[Recording], k: float) -> Repeatability | 
         replicates=tuple(tuple(r.name for r in group) for group in groups),
         spread=float(np.sqrt(off @ off / (off.size - len(logs)))),
         nrmse=float(np.mean(np.abs(off) * shares)),
+        spreads=tuple(float(one.std(ddof=1)) for one in logs),
     )
 
 

@@ -51,18 +51,24 @@ class GroundFriction:
         own = self.further**2 - _scatter_half_width(self.recordings, self.scatter) ** 2
         return float(np.sqrt(_scatter_half_width(recordings, self.scatter) ** 2 + max(0.0, own)))
 
-    def differs_from(self, other: "GroundFriction", comparisons: int = 1) -> bool:
-        """Whether the means differ by more than chance, of both more than one recording.
+    def over(self, other: "GroundFriction", comparisons: int = 1) -> tuple[float, float]:
+        """Ratio of the means and half of its 95 % band [1], of both more than one recording.
 
-        Welch's test; by chance one of so many comparisons would differ in 5 of 100 cases at most.
+        What both share as a factor, such as an error of load, lengths or the torque's scale, cancels.
+        By Welch's test of one mean against the other times the ratio; by chance one of so many
+        comparisons is beyond its band in 5 of 100 cases at most.
         """
-        squares = [(one.scatter or 0.0) ** 2 / one.recordings for one in (self, other)]
-        whole, difference = sum(squares), abs(self.mu_eff - other.mu_eff)
+        ratio = self.mu_eff / other.mu_eff
+        squares = [
+            (scale * (one.scatter or 0.0)) ** 2 / one.recordings
+            for one, scale in ((self, 1.0), (other, ratio))
+        ]
+        whole, counts = sum(squares), (self.recordings - 1, other.recordings - 1)
         if not whole:
-            return difference > 0
-        counts = (self.recordings - 1, other.recordings - 1)
+            return ratio, 0.0
         freedom = whole**2 / sum(square**2 / n for square, n in zip(squares, counts, strict=True))
-        return bool(difference > stdtrit(freedom, 1 - 0.025 / comparisons) * np.sqrt(whole))
+        half = stdtrit(freedom, 1 - 0.025 / comparisons) * np.sqrt(whole)
+        return ratio, float(half / other.mu_eff)
 
 
 def ground_friction(mu_eff: Sequence[float], mu_eff_std: Sequence[float]) -> GroundFriction:

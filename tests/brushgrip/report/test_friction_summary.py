@@ -13,6 +13,7 @@ from brushgrip.report.friction_summary import (
     usable_until,
 )
 from brushgrip.report.tables import friction_by_recording, settling_and_coverage_table
+from observers import Status
 from symbolic import Model, effects_named
 from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome, make_track
 
@@ -47,6 +48,12 @@ def test_friction_is_that_of_the_last_usable_sample() -> None:
     ]  # fmt: skip
     assert rows["c"] == ["ice", load, "–", "never: it has not slid enough to tell"]
     assert rows["d"][3] == "never: the deviation of mu is too large to act on"
+    slid = replace(TRACKS[2], inconsistent=np.arange(11) > 7)
+    assert usable_until(slid) == "never: the model does not explain the torque"
+    hardly = replace(slid, turn=np.where(slid.inconsistent, 0.01, 1.0))
+    assert usable_until(hardly) == "never: it has not slid enough to tell"
+    suspect = replace(slid, last_status=Status.SUSPECT | Status.ACQUIRING)
+    assert usable_until(suspect) == "never: an input looks wrong"
     moved = replace(TRACKS[1], changes=np.array([7.5]))
     assert (moved.last_usable, last_usable_friction(moved)) == (None, "–")
     assert usable_until(moved).startswith(
@@ -107,6 +114,17 @@ def test_recordings_of_the_highest_loads_are_told_to_be_these(names: str, told: 
 def test_an_order_of_very_many_recordings_has_a_chance_too(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("brushgrip.report.friction_summary.kendall_load_test", lambda _: (0.0, False))
     assert "by chance in 1 of 1000000 cases" in load_trend_in_words(make_outcome(), make_diagnosis())
+
+
+def test_the_table_says_by_what_friction_is_told() -> None:
+    diagnosis, outcome = make_diagnosis(("a", "b"), ()), make_outcome(tracks=TRACKS[:2])
+    car, inclined = replace(diagnosis, of_car=True), replace(outcome, inclination=0.3)
+    for one, friction, by in (
+        (diagnosis, outcome, "model found"),
+        (car, outcome, "vehicle as declared"),
+        (car, inclined, "model found"),
+    ):
+        assert f" of each recording by the {by}, ± 95 %" in friction_by_recording(friction, one).caption
 
 
 def test_figures_of_friction_that_changes_meanwhile_are_told_to_be_no_failure() -> None:

@@ -18,9 +18,10 @@ from brushgrip.report.validity_and_missing_effects import (
     band_caveats,
     demo_recordings_warning,
     notes_beside,
-    summary_of,
 )
+from brushgrip.report.what_effects_do import summary_of
 from identification import Diagnosis
+from identification.diagnosis.found_stiffness import FoundStiffness
 from identification.diagnosis.from_search import BEYOND_RANGE
 from identification.diagnosis.graded_effects import ASSUMED, assumed_tolerances_note
 from identification.residuals.repeatability import Repeatability
@@ -45,7 +46,7 @@ def test_friction_of_a_car_is_by_the_inclination_found_with_the_declared_one_bes
     car = replace(make_diagnosis(("a", "b", "c"), ()), of_car=True, inclination=0.339)
     text = mail(car, replace(outcome, inclination=0.339))
 
-    assert "and ground: 0.82 ± " in text
+    assert text.startswith("Use it with care: friction between tyre and ground 0.82 ± ")
     assert (
         "Use this one: by these recordings the steering axes are inclined by 19.4° (inclination = 0.339"
         in text
@@ -77,7 +78,7 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     )
     text = mail(make_diagnosis(("a", "b", "d"), ("c",)), judged)
 
-    assert "tyre and ground: 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a) on ice (from 4 recordings)." in text
+    assert "tyre and ground 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a) on ice (from 4 recordings)." in text
     assert (
         "\nHow sure: The truth lies within ± in 95 of 100 cases, if model and tolerances are right.\n"
         in text
@@ -100,7 +101,9 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     assert friction_and_notes(judged) == ([], [f"{note} friction; here 2 of 4"])
     unknown = replace(judged, tracks=TRACKS[2:], grounds={"ice": ("c", "d")})
     text = mail(make_diagnosis(("d",), ("c",)), unknown)
-    assert "between tyre and ground: Not known on ice (from 4 recordings).\n" in text
+    assert text.startswith(
+        "Nothing to use yet: friction between tyre and ground not known on ice (from 4"
+    )
     assert "so is the ±" not in text
     assert "95 of 100" not in text
 
@@ -120,7 +123,7 @@ def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
         " checked friction in another way."
     )
     text = mail(make_diagnosis(("a", "b", "d"), ("c",)), judged)
-    assert f": 1.20 ± {half:.2f} on ice; not known (from 4" in text
+    assert f" 1.20 ± {half:.2f} on ice; not known (from 4" in text
     assert (
         f"\nHow sure: {within} Where a recording is named, the truth lies within ± in 95 of 100"
         " cases, if model and tolerances are right.\n"
@@ -159,7 +162,8 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
 
     assert (
         "allows for it: (a) The tyre's body yields, or its pressure is spread otherwise (one of these,"
-        " not known which). (b) The torque channel has a zero error (may be chance). (c)" in text
+        " not known which). (b) The torque channel has a zero error: −0.12 N m (may be chance). (c)"
+        in text
     )
     assert "which of carcass torsion" not in text
     drift = replace(torsion, grade="ambiguous", indistinguishable_from=("friction_drift",))
@@ -189,12 +193,19 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
         "recording A, "
     )
     nothing = replace(clear, effects=())
-    assert next_steps(nothing, known) == ["nothing; no further recording is needed to find the model"]
+    assert next_steps(nothing, known) == ["nothing"]
+    assert "Further recordings: None is needed to find the model." in mail(nothing, known)
     load = replace(offset, grade="ambiguous", indistinguishable_from=("unrecorded_load",))
     first, *_ = next_steps(replace(graded, effects=(load,)), known)
     assert first.startswith("record the load, as one")
     hidden = replace(nothing, after=replace(nothing.after, unrefitted={"c": 0.07}))
-    check, *_ = next_steps(hidden, known)
+    assumed = f"{ASSUMED}: load ± 2 %"
+    declare, check = next_steps(replace(hidden, notes=(assumed,)), known)
+    assert declare.startswith("find out how well load was measured"), "nothing is wrong: last"
+    off = "c: load is at the end of its tolerance, 1.1"
+    assert next_steps(replace(hidden, notes=(assumed, off)), known)[0] == check
+    alike = replace(hidden, before=replace(hidden.before, unrefitted={"c": 0.08}))
+    assert next_steps(replace(alike, notes=(assumed,)), known)[0] == check
     assert check.startswith("check that the validation recordings are of the")
     assert check.endswith("7.00 % of range, most in c (7.00 %)")
     loose = replace(known, tracks=(replace(TRACKS[0], budget={OF_LOAD: 0.04}), TRACKS[1]))
@@ -202,9 +213,9 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     assert "weigh" not in widest_causes(loose)
     far = replace(torsion.experiment, times=None)
     unsettled = replace(clear, effects=(replace(torsion, grade="ambiguous", experiment=far),))
-    assert next_steps(unsettled, known) == [
-        "nothing; a usual manoeuvre, repeated, would not tell carcass torsion from patch width"
-    ]
+    assert next_steps(unsettled, known) == ["nothing"], "nothing settles it"
+    told = "Further recordings: A usual manoeuvre, repeated, would not tell carcass torsion from patch"
+    assert told in mail(unsettled, known)
 
 
 def test_what_only_fitted_recordings_demand_is_to_be_fitted_on_each_ground() -> None:
@@ -218,8 +229,9 @@ def test_what_only_fitted_recordings_demand_is_to_be_fitted_on_each_ground() -> 
         in text
     )
     assert "whether torque offset is there, as only the fitted recordings demand it" in text
+    assert "; it allows for torque offset, which the recordings that judge do not confirm; " in text
     assert "chance" not in text
-    assert "has a zero error (not confirmed)." in text
+    assert "has a zero error: −0.12 N m (not confirmed)." in text
 
 
 def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
@@ -235,7 +247,8 @@ def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
     assert band_caveats(diagnosis)[0] in text
     to_declare = next_steps(diagnosis, make_outcome("c", tracks=TRACKS))[-1]
     assert to_declare.startswith(
-        "at the rig, measure half-length a, caster e, load and tread stiffness k, and declare"
+        "find out how well half-length a, caster e, load and tread stiffness k were measured (measure"
+        " what was guessed), and declare the tolerances in the rig file"
     )
     assert notes_beside(diagnosis, text) == ["c got worse"]
     assert notes_beside(diagnosis, "") == [note, "c got worse"]
@@ -301,20 +314,22 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
         diagnosis = replace(
             make_diagnosis(("a", "b"), ("c",)), stiffness_ratio=ratio, notes=(note, "other")
         )
-        ((label, (told,)), (how, (sure,)), *_), ((why, cases), *_) = lines_to_send(diagnosis, outcome)
-        assert label == "Friction between tyre and ground"
-        assert told.startswith("1.2"), "the number goes first"
-        high = "high" if ratio > 1 else "low"
-        assert told.endswith(
-            "). Provisional, specify nothing before the rig is checked: the tyre comes out"
-            f" {ratio:.2f} times as stiff as declared; if the torque reads so much too {high}, friction"
-            f" is {ways[0]}."
+        ((label, (told,)), (why, (reason,)), (how, (sure,)), *_), ((means, cases), *_) = lines_to_send(
+            diagnosis, outcome
         )
+        assert (label, why) == ("Do not use it yet", "Why")
+        assert told.startswith("friction between tyre and ground 1.2"), "verdict and number"
+        high = "high" if ratio > 1 else "low"
+        assert reason.startswith(
+            f"The tyre comes out {ratio:.2f} times as stiff as declared; if the torque reads so much too"
+            f" {high}, friction is {ways[0]}; "
+        )
+        assert "Do not specify to it before the rig is checked, and before" in reason
         # From the lower end over the ratio to the upper end: 1.20 with a band of 0.51.
         ends = "0.43 to 1.71" if ratio > 1 else "0.69 to 3.42"
         doubt = f"Whichever holds, with its ± friction is anything from {ends} on ice; other errors come"
         assert sure.startswith(doubt)
-        assert (how, why) == ("How sure", "Provisional because")
+        assert (how, means) == ("How sure", "What the stiffness may mean")
         assert cases == [
             "The fitted stiffness k, how steeply the torque rises before anything slides, is 1·10⁶ N/m²,"
             " 60 % above the declared one; these recordings do not tell why.",
@@ -326,16 +341,20 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
     alone = replace(outcome, grounds={"": ("a", "b", "c")})
     unnamed = mail(diagnosis, alone)
     assert "reads too high, A. If the declared" in unnamed
-    assert "Provisional, specify nothing before the rig is checked: the tyre comes out 0.50" in unnamed
+    assert "cases, if model and tolerances are right, which is in doubt here." in unnamed
+    assert "\nWhy: The tyre comes out 0.50" in unnamed
     other_ground = replace(tracks[0], name="d")
     two = replace(outcome, tracks=(*tracks, other_ground), grounds={**outcome.grounds, "snow": ("d",)})
     assert "anything from 0.69 to 3.42 on ice;" in mail(diagnosis, two), "snow has no band"
     for ratio in (0.625, 1.6):
         car = replace(diagnosis, of_car=True, stiffness_ratio=np.float64(ratio))
         told = mail(car, outcome)
-        assert "Provisional" in told, "a force that reads too low looks like a soft column"
+        assert told.startswith("Do not use it yet"), (
+            "a force that reads too low looks like a soft column"
+        )
         assert ("; if the force reads so much too high, friction is about" in told) == (ratio > 1)
-        assert "the car is checked: tyres and what yields beside them come out" in told
+        assert "Why: Tyres and what yields beside them come out" in told
+        assert "before the car is checked" in told
     other = note.replace("1·10⁶", "2·10⁶")
     both = mail(replace(diagnosis, notes=(note, other)), outcome)
     assert (both.count("if the torque reads too"), both.count(": then ")) == (2, 0), "of which ground?"
@@ -355,7 +374,13 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
     first, second, *_ = next_steps(assumed, outcome)
     assert (first[:16], second[:30]) == ("whoever keeps th", "at the rig, on the same visit,")
     sound = replace(diagnosis, stiffness_ratio=1.0)
-    assert "rovisional" not in mail(replace(sound, notes=()), outcome)
+    known = FoundStiffness(found=2.158e6, declared=1.88e6, tolerance=0.376e6, assumed=True)
+    assert (
+        "\nStiffness: Found 2.16·10⁶ N/m², declared 1.88·10⁶, +15 %: inside its tolerance of ± 20 %"
+        " (assumed, as none is declared).\n" in mail(replace(sound, notes=(), stiffness=known), outcome)
+    )
+    assert "inside its" not in mail(replace(diagnosis, stiffness=known), outcome)
+    assert "Do not use" not in mail(replace(sound, notes=()), outcome)
     # Where no friction was estimated, what was found comes first.
     assert lines_to_send(sound, None)[0][0][0] == "What the assumed model leaves out"
     nothing = lines_to_send(make_diagnosis(found=False, unexplained=False), None)
@@ -372,16 +397,18 @@ def test_what_measuring_brings_is_of_what_is_measured_and_of_its_ground() -> Non
     for value, brought in (
         (
             "load ± 2 %",
-            "load, and declare their tolerances; that lowers ± 0.10 to",
+            "load was measured (measure what was guessed), and declare its tolerance in the rig file;"
+            " that lowers ± 0.10 to",
         ),
         (
             "tread stiffness k ± 20 %",
-            "tread stiffness k, and declare their tolerances",
+            "tread stiffness k was measured (measure what was guessed), and declare its tolerance in the"
+            " rig file; that hardly narrows the ±",
         ),
     ):
         diagnosis = replace(make_diagnosis(), notes=(f"{ASSUMED}: {value}",))
         last = next_steps(diagnosis, outcome)[-1]
-        assert last.startswith(f"at the rig, measure {brought}")
+        assert last.startswith(f"find out how well {brought}")
         assert ("on snow at best" in last, "on ice" in last) == (value.startswith("load"), False)
     small = tuple(replace(t, mu=0.05 * t.mu / t.mu, mu_std=np.full(11, 1e-4)) for t in tracks)
     spread = [replace(t, mu=t.mu + 0.001 * i) for i, t in enumerate(small)]
@@ -412,22 +439,46 @@ def test_the_weaker_direction_is_told_beside_the_mean_of_both() -> None:
 
 
 def test_how_well_recordings_repeat_is_told() -> None:
-    known = Repeatability(replicates=(("a", "b"), ("c", "d")), spread=0.048, nrmse=0.013)
+    groups = (("a", "b"), ("c", "d"))
+    known = Repeatability(replicates=groups, spread=0.048, nrmse=0.013, spreads=(0.02, 0.07))
     told = mail(replace(make_diagnosis(), repeatability=known), make_outcome())
 
-    assert "(“a” and “b”; “c” and “d”) differ by 4.80 % in the torque at which the tyre slides" in told
+    assert (
+        "in the torque at which the tyre slides (standard deviation): “a” and “b” by 2.00 %; “c” and “d”"
+        " by 7.00 %. Up to" in told
+    )
     assert "Up to 1.30 % of the torque's range may come from that" in told
 
 
-def test_grounds_that_may_be_one_are_named() -> None:
+def test_by_how_much_grounds_differ_is_told_or_that_they_may_be_one() -> None:
     """Means of 1.20 and 1.25, or 1.60, with standard deviations of 0.1 of three recordings each."""
-    for middle, same in ((1.25, True), (1.6, False)):
+    names = tuple("abcdef")
+    diagnosis, grounds = make_diagnosis(names, ()), {"ice": names[3:], "snow": names[:3]}
+    for middle, told in (
+        (1.25, "Grounds: These recordings do not tell snow from ice: the difference may be chance."),
+        # Welch's band of 1.6 over 1.2, of 3.7 degrees of freedom: 2.87 * 0.1 / sqrt(3) * 5 / 3 / 1.2.
+        (
+            1.6,
+            "Grounds: Ice grips 1.33 ± 0.23 times as much as snow (in 95 of 100 cases; errors of"
+            " lengths, load, torque and stiffness that both share cancel).",
+        ),
+    ):
         values = {"a": 1.1, "b": 1.2, "c": 1.3, "d": middle - 0.1, "e": middle, "f": middle + 0.1}
         tracks = tuple(make_track(n, mu) for n, mu in values.items())
-        grounds = {"ice": ("a", "b", "c"), "snow": ("d", "e", "f")}
         outcome = make_outcome(tracks=tracks, grounds=grounds)
-        told = " These recordings do not tell ice from snow: the difference may be chance."
-        assert (told in mail(make_diagnosis(), outcome)) is same
+        assert told in mail(diagnosis, outcome)
+    heavy = tuple(replace(s, F_N=1.5 * s.F_N) if s.name in "def" else s for s in diagnosis.series)
+    told = mail(replace(diagnosis, series=heavy), outcome)
+    assert "times as much as snow, if it is not the load, which differs too (in 95" in told
+    assert "Grounds:" not in mail(diagnosis, replace(outcome, grounds={"ice": names}))
+    many = {f"g{i}": tuple(f"{i}{n}" for n in "abc") for i in range(4)}
+    tracks = tuple(
+        make_track(name, 0.3 + 0.2 * i + 0.001 * j)
+        for i, own in enumerate(many.values())
+        for j, name in enumerate(own)
+    )
+    told = mail(diagnosis, make_outcome(tracks=tracks, grounds=many))
+    assert told.count("times as much as g0") == told.count("times as much as") == 3
 
 
 def test_the_load_that_friction_is_told_at_stands_beside_it() -> None:

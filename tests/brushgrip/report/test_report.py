@@ -127,8 +127,9 @@ def test_page_says_everything_in_order(full: Path) -> None:
 
     assert page.headings == [
         "What the assumed model leaves out: (a) The tyre's body yields, or its pressure is spread"
-        " otherwise (likely, not proven). (b) The torque channel has a zero error (likely, not proven)."
-        " (c) An error beyond noise remains, of unknown cause, which the model found leaves out too.",
+        " otherwise (likely, not proven). (b) The torque channel has a zero error: −0.12 N m (likely,"
+        " not proven). (c) An error beyond noise remains, of unknown cause, which the model found leaves"
+        " out too.",
         "Before you act on it",
         "Contents",
         "What was found",
@@ -171,12 +172,16 @@ def test_the_first_screen_says_what_friction_is() -> None:
     assert "never: it has not slid enough to tell" in first
     assert "friction in b after 7.0 s" in first
     assert "Share of the informed samples whose 95 % band holds the friction that was" in rest
-    assert page.text.count("Friction between tyre and ground") == 2, "title and heading"
+    assert page.text.count("friction between tyre and ground 1.10") == 2, "title and heading"
     assert "It stands on 3 recordings, 1 validation recording judged it" in rest
-    assert page.headings[0].startswith("Friction between tyre and ground: 1.10 ± 0.10 (b) and 1.20")
+    assert page.headings[0].startswith(
+        "Use it with care: friction between tyre and ground 1.10 ± 0.10 (b)"
+    )
     assert page.headings[1:4] == ["Before you act on it", "Contents", "What was found"]
     assert (
-        "<title>Friction between tyre and ground: 1.10 ± 0.10 (b)".replace(" ± ", "\u00a0±\u00a0")
+        "<title>Use it with care: friction between tyre and ground 1.10 ± 0.10 (b)".replace(
+            " ± ", "\u00a0±\u00a0"
+        )
         in text
     )
 

@@ -9,10 +9,9 @@ from brushgrip.estimation.assumed_and_found_friction import EKF_DECLARED
 from brushgrip.report.validity_and_missing_effects import (
     benefit_for_friction,
     error_to_quote,
-    friction_over_speed,
     missing_effects,
-    summary_of,
 )
+from brushgrip.report.what_effects_do import friction_over_speed, summary_of
 from brushgrip.wording.formatting import percent
 from identification import Curve, FoundFamily
 from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome

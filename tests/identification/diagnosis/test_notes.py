@@ -9,7 +9,12 @@ import numpy as np
 import pytest
 
 from identification import Recording, Standstills, diagnose
-from identification.diagnosis.found_stiffness import stiffness_note, stiffness_ratio
+from identification.diagnosis.found_stiffness import (
+    FoundStiffness,
+    stiffness_beside_declared,
+    stiffness_note,
+    stiffness_ratio,
+)
 from identification.diagnosis.graded_effects import notes_on
 from identification.diagnosis.result_parts import TorqueErrors
 from identification.fits.fitting import Fit, parameters_at_bounds
@@ -245,3 +250,13 @@ def test_what_a_wrong_torque_or_half_length_does_to_friction(e: float, longer: f
     assert f"torque reads too {'high' if k > 2.4e6 else 'low'} (" in note
     assert stiffness_ratio(k, _recording(a, e)) == pytest.approx(k / 2.4e6)
     assert stiffness_ratio(2.4e6, _recording(a, e)) == 1
+
+
+def test_the_stiffness_farthest_from_the_declared_one_is_put_beside_it() -> None:
+    known = {"ice": 2.0e6, "snow": 2.6e6}
+    made = [replace(_recording(0.04, 0.009), name=name, ground=name) for name in known]
+    values = SimpleNamespace(of=lambda recording: {"k": known[recording.name]})
+    fitted = cast(Fit, SimpleNamespace(values=values))
+    told = {"declared": 2.4e6, "tolerance": pytest.approx(0.48e6), "assumed": True}
+    assert stiffness_beside_declared(fitted, made) == FoundStiffness(found=2.0e6, **told, several=True)
+    assert stiffness_beside_declared(fitted, made[1:]) == FoundStiffness(found=2.6e6, **told)

@@ -38,6 +38,10 @@ def test_replicates_tell_how_well_recordings_repeat() -> None:
     assert found is not None
     assert found.replicates == (("one", "two"),)
     assert found.spread == pytest.approx(np.log(1.1) / np.sqrt(2), rel=0.05)
+    assert found.spreads == pytest.approx((found.spread,))
+    both = repeatability([*pair, recorded("dry", 0.3, ground="wet"), others[1]], K)
+    assert both is not None
+    assert both.spreads == pytest.approx((found.spread, 0.0)), "each group has its own"
     shares = [np.sqrt(np.mean(r.M_z**2)) / np.ptp(r.M_z) for r in pair]
     assert found.nrmse == pytest.approx(found.spread / np.sqrt(2) * np.mean(shares))
     assert repeatability([*others, pair[0], recorded("long", 0.7, a=0.055)], K) is None

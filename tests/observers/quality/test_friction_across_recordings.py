@@ -54,14 +54,31 @@ def test_more_recordings_that_scatter_alike_narrow_the_band() -> None:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_grounds_differ_where_welchs_test_says_so(seed: int) -> None:
+def test_the_ratio_of_grounds_has_the_band_of_welchs_test(seed: int) -> None:
     draw = np.random.default_rng(seed)
     one, other = 1 + 0.1 * draw.normal(size=4), 1.15 + 0.03 * draw.normal(size=6)
-    chance = ttest_ind(one, other, equal_var=False).pvalue
     first, second = (ground_friction(v.tolist(), [0.05] * v.size) for v in (one, other))
     for comparisons in (1, 3):
-        assert first.differs_from(second, comparisons) == (chance < 0.05 / comparisons)
-    assert not first.differs_from(first)
+        ratio, half = first.over(second, comparisons)
+        welch = ttest_ind(one, ratio * other, equal_var=False)
+        interval = welch.confidence_interval(1 - 0.05 / comparisons)
+        assert ratio == pytest.approx(one.mean() / other.mean())
+        assert half * other.mean() == pytest.approx(interval.high)
+    scaled = [ground_friction((0.7 * v).tolist(), [0.05] * v.size) for v in (one, other)]
+    assert scaled[0].over(scaled[1]) == pytest.approx(first.over(second)), "a shared factor cancels"
+
+
+def test_the_band_of_a_ratio_holds_it_as_often_as_it_says() -> None:
+    draw, held = np.random.default_rng(3), []
+    for _ in range(2000):
+        one, other = 1.2 + 0.08 * draw.normal(size=3), 1 + 0.04 * draw.normal(size=3)
+        ratio, half = ground_friction(one.tolist(), [0.0] * 3).over(
+            ground_friction(other.tolist(), [0.0] * 3)
+        )
+        held.append(abs(ratio - 1.2) <= half)
+    assert 0.94 <= np.mean(held) <= 0.98
+    like = ground_friction([1.0] * 3, [0.0] * 3)
+    assert like.over(like) == (1.0, 0.0)
 
 
 def test_an_order_is_as_likely_as_among_all_orders() -> None:
