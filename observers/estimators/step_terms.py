@@ -120,7 +120,8 @@ class StepSample:
         if OTHER in self.measurement_model.states and "M_0" not in self.measurement_model.states:
             # A zero that is no state adds to friction one way and takes from it the other way.
             zero = share_of_full_slide(rig["zero_std"], slide, tuning["zero_std"])
-        variance = ca.fmax(P[self.at, self.at], test["lag"] ** 2)
+        # Of friction that is stated not to walk no lag is believed.
+        variance = ca.fmax(P[self.at, self.at], (tuning["mu_walk"] > 0) * test["lag"] ** 2)
         std = ca.sqrt(mu**2 * (variance + tuning["mu_floor"] ** 2) + dry**2 + zero**2)
         given = (mu, std, memory, F_N, self.theta, self.rig[: len(GEOMETRY)], rig["slide_rate"])
         effective = outputs_of(build_effective_friction(self.model), *given)

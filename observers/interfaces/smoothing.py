@@ -28,6 +28,8 @@ from observers.udu import covariance_of
 from symbolic import InvalidInputError
 from symbolic.float_array import Array
 
+MOVED = 0.5
+"""Part of what later samples move ln mu by, beyond chance, by which it may still be off [1]."""
 DIFFERS = 2.0
 """Deviations of the filter beyond which what is smoothed contradicts it, and is not usable [1]."""
 
@@ -90,6 +92,8 @@ def _smoothed_friction(observer: Ekf, causal: Estimates, states: Array) -> tuple
         mu[at] *= np.exp(moved)
         # What the filter states beside its variance stays: tolerances, and the scale of the torque.
         variance[at] = smoothed + np.maximum(variance[at] - filtered, 0.0)
+        # Friction that later samples move further than chance does changes otherwise than it walks.
+        variance[at] += MOVED**2 * np.maximum(moved**2 - (filtered - smoothed), 0.0)
         walked = tuning.mu_walk**2 * (causal.t[at.start] - causal.t[before])
         mu[before], variance[before], end = mu[at.start], variance[at.start] + walked, at.stop
     return np.clip(mu, tuning.least, tuning.greatest), np.sqrt(variance)

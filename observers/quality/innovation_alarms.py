@@ -19,7 +19,7 @@ innovations tell: with K nu the correction of ln mu and r the share of its varia
     l <- l + min(2, 1 / r) (K nu - r l)
 
 is their mean over half of the estimator's own memory: 0 but for the deviation of ln mu where its walk is
-right, and the lag behind a ramp. ln mu is no surer than that.
+right, and the lag behind a ramp. ln mu is no surer than that, unless it is stated not to walk.
 """
 
 from functools import cache

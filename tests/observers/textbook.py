@@ -169,7 +169,7 @@ class Filter:
         self.filter.x, self.filter.P = x.reshape(-1, 1), P
         self.last: Sample | None = None
         self.M_z, self.by_x = 0.0, np.zeros(x.size)
-        self.nis = np.nan
+        self.nis, self.lag = np.nan, 0.0
 
     @property
     def x(self) -> Array:
@@ -194,7 +194,11 @@ class Filter:
         self.nis = np.nan
         if weight > 0:
             observed = {"HJacobian": lambda _: H.reshape(1, -1), "Hx": lambda _: np.array([[expected]])}
+            i, before = space.at["log_mu"], self.P.copy()
             filter_.update(np.array([[measured]]), R=1 / weight, **observed)
+            # The mean of the corrections, each of which took a share of the variance.
+            share, correction = 1 - self.P[i, i] / before[i, i], self.x[i] - after[i]
+            self.lag += min(2.0, 1 / max(share, 1e-9)) * (correction - share * self.lag)
             filter_.x = space.projected(self.x).reshape(-1, 1)
             self.nis = float(filter_.y[0, 0] ** 2 / filter_.S[0, 0])
         # The aligned patch is corrected when it meets the next sample, to first order.

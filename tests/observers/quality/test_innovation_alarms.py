@@ -12,6 +12,7 @@ from observers.quality.innovation_alarms import (
     CHANGE,
     FORGETTING_SAMPLES,
     MIN_SAMPLES,
+    MONITOR,
     build_innovation_monitor,
 )
 from reference_rig import RigRecording
@@ -26,9 +27,9 @@ def watched(nu: Array, slope: float = 1.0, variance: float = 0.01, share: float 
             **tuning: Any) -> tuple[Array, Array, Array]:  # fmt: skip
     """Alarms, inconsistency and the state after each innovation."""
     vector = Tuning(**tuning).vector
-    state, rows = np.zeros(4), []
+    state, rows = np.zeros(len(MONITOR)), []
     for each in nu:
-        made = build_innovation_monitor()(each, slope, variance, share, 1.0, state, vector)
+        made = build_innovation_monitor()(each, slope, variance, share, 1.0, 0.0, 0.0, state, vector)
         alarm, inconsistent, after = (np.asarray(part).ravel() for part in made)
         state = after
         rows.append([alarm[0], inconsistent[0], *state])
@@ -48,7 +49,7 @@ def test_sums_are_those_of_the_log_likelihood_ratio(side: int) -> None:
         squares, samples = ((1 - 0.1 / FORGETTING_SAMPLES) * s for s in (squares, samples))
         squares, samples = squares + 0.1 * min(25.0, each**2 / variance), samples + 0.1
         assert state[0 if side > 0 else 1] == pytest.approx(rise, abs=1e-12)
-        assert state[2:] == pytest.approx([squares, samples])
+        assert state[2:4] == pytest.approx([squares, samples])
     assert rise > 1
 
 
@@ -80,6 +81,25 @@ def test_inconsistent_beyond_the_mean_square_that_is_explained() -> None:
         _, inconsistent, _ = watched(np.full(200, size * 0.1), slope=0.0, share=0.1, explained=1.0)
         assert not inconsistent[: few - 1].any()
         assert inconsistent[few:].all() == expected
+
+
+def test_the_lag_is_that_of_a_filter_behind_a_ramp() -> None:
+    """A filter of a constant gain lags behind a ramp by its rise in 1 / gain samples."""
+    gain, rise, friction, estimate = 0.05, 0.004, 0.0, 0.0
+    noise, state, vector = np.random.default_rng(4), np.zeros(len(MONITOR)), Tuning().vector
+    lags, seen = list[float](), list[float]()
+    for _ in range(600):
+        friction += rise
+        correction = gain * (friction + 0.01 * noise.standard_normal() - estimate)
+        *_, state = build_innovation_monitor()(0.0, 1.0, 1.0, 0.0, 1.0, correction, gain, state, vector)
+        estimate += correction
+        lags.append(friction - estimate)
+        seen.append(float(state[MONITOR.index("lag")]))
+    assert np.mean(lags[200:]) == pytest.approx(rise * (1 - gain) / gain, rel=0.1)
+    assert np.mean(seen[200:]) == pytest.approx(rise / gain, rel=0.1)
+    # A sample that takes all of the variance tells all of it.
+    *_, state = build_innovation_monitor()(0.0, 1.0, 1.0, 0.0, 1.0, 0.3, 1.0, state, vector)
+    assert float(state[MONITOR.index("lag")]) == pytest.approx(0.3)
 
 
 @pytest.mark.parametrize(("before", "after"), [(HIGH, LOW), (LOW, HIGH)])
