@@ -13,7 +13,7 @@ from functools import cache
 
 import casadi as ca
 
-from observers.layout import Expression, named, outputs_of, symbols, symbols_like
+from observers.layout import Expression, Parts, named, outputs_of, symbols, symbols_like
 from observers.measurement.directional_friction import EXCHANGED, OTHER
 from observers.measurement.linearisation import build_linearised_measurement, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
@@ -74,8 +74,7 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
     included, 1 at an alarm of the monitor, which is a reset too; counts_next as `COUNTS`; inconsistent:
     the model does not explain the torque; untested: too few independent samples to say so; evidence:
     log-likelihood ratio of a change that is no alarm yet; lag of ln mu behind friction that changes
-    steadily, as the innovations tell it; monitor_next as `change_monitor_fields`. What is a question is
-    answered by 0 or 1.
+    steadily; monitor_next as `change_monitor_fields`. What is a question is answered by 0 or 1.
     """
     measurement = build_linearised_measurement(measurement_model)
     n = len(measurement_model.states)
@@ -99,23 +98,16 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
     share, quiet = independent * ca.logic_not(missing), accepted * ca.logic_not(reset)
     # An outlier is one to the estimate; to the reference, a change would be one.
     weight_left = weight * accepted * huber_weight(innovation, huber_scale, H_P_H)
-    along = ca.dot(inputs["P"][:, at], H)
-    gain = along * weight_left / (1 + H_P_H * weight_left)
+    correction, learnt = _correction(inputs["P"][:, at], at, H, H_P_H, weight_left, innovation)
     alarm, inconsistent, monitor_next = build_innovation_monitor(change)(
-        innovation, H[at], variance, share, quiet, ca.logic_not(reset) * gain * innovation,
-        ca.fmax(reset, gain * along / inputs["P"][at, at]), monitor[: len(MONITOR)], tuning,
+        innovation, H[at], variance, share, quiet, ca.logic_not(reset) * correction,
+        ca.fmax(reset, learnt), monitor[: len(MONITOR)], tuning,
     )  # fmt: skip
     if OTHER in measurement_model.states:
         kept = predict_reference(monitor[len(MONITOR) :], x[at], inputs["P"][at, at], now)
         about = innovation + H[at] * (x[at] - kept["reference"])
         kept = update_change_statistic(kept, about, H[at], weight_left, share * accepted)
-        turns = now[CLEAN.index("travel")] > AT_REST * interval
-        alarm = ca.logic_or(alarm, ca.logic_and(turns, has_changed(kept, tuning)))
-        sums = ca.logic_not(ca.logic_or(alarm, reset)) * monitor_next[:2]
-        monitor_next = ca.vertcat(sums, monitor_next[2:], reset_reference(kept, reset + alarm))
-        # That of the other direction begins anew.
-        lag = MONITOR.index("lag")
-        monitor_next[lag] *= ca.logic_not(now[CLEAN.index(EXCHANGED)])
+        alarm, monitor_next = _with_strokes_compared(kept, now, alarm, reset, monitor_next, tuning)
     counts_next[COUNTS.index("resets")] += alarm
     results |= {
         "H_P_H": H_P_H,
@@ -132,6 +124,28 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
         "monitor_next": monitor_next,
     }
     return named_function("innovation", inputs, results)
+
+
+def _correction(
+    P: ca.MX, at: int, H: ca.MX, H_P_H: ca.MX, weight: ca.MX, innovation: ca.MX
+) -> tuple[ca.MX, ca.MX]:
+    """Of ln mu, by its column of the covariance; and the share of its variance that is taken."""
+    along = ca.dot(P, H)
+    gain = along * weight / (1 + H_P_H * weight)
+    return gain * innovation, gain * along / P[at]
+
+
+def _with_strokes_compared(
+    kept: Parts, now: ca.MX, alarm: ca.MX, reset: ca.MX, monitor: ca.MX, tuning: ca.MX
+) -> tuple[ca.MX, ca.MX]:
+    """The alarm and the monitor where friction has directions, with `REFERENCE` after the sample."""
+    sample = named(CLEAN, now)
+    turns = sample["travel"] > AT_REST * sample["interval"]
+    alarm = ca.logic_or(alarm, ca.logic_and(turns, has_changed(kept, tuning)))
+    quiet, after = ca.logic_not(ca.logic_or(alarm, reset)), named(MONITOR, monitor)
+    kept_on = {"rise": quiet, "fall": quiet, "lag": quiet * ca.logic_not(sample[EXCHANGED])}
+    after |= {name: keeps * after[name] for name, keeps in kept_on.items()}
+    return alarm, ca.MX(ca.vertcat(*after.values(), reset_reference(kept, reset + alarm)))
 
 
 def _streak_at_any_rate(tuning: ca.MX, interval: ca.MX) -> ca.MX:

@@ -1,5 +1,6 @@
 """Page's cumulative sums and the consistency, written out once more in NumPy."""
 
+from dataclasses import replace
 from math import inf
 from typing import Any
 
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from observers import AligningTorque, Ekf, Status, Tuning, innovations, run
+from observers import AligningTorque, Ekf, Mhe, Status, Tuning, innovations, run, smooth
 from observers.quality.innovation_alarms import (
     CHANGE,
     FORGETTING_SAMPLES,
@@ -15,10 +16,11 @@ from observers.quality.innovation_alarms import (
     MONITOR,
     build_innovation_monitor,
 )
-from reference_rig import RigRecording
+from reference_rig import RigRecording, RigTyre, make_ground_recording
+from symbolic import Model
 from symbolic.float_array import Array
-from tests.observers.conftest import make
-from tests.observers.factories import columns_of
+from tests.observers.conftest import RIG, K, make
+from tests.observers.factories import columns_of, wrong_and_usable
 from tests.observers.surface_changes import HIGH, LOW, counted_turn, crossing
 from tests.refusal import refused
 
@@ -100,6 +102,33 @@ def test_the_lag_is_that_of_a_filter_behind_a_ramp() -> None:
     # A sample that takes all of the variance tells all of it.
     *_, state = build_innovation_monitor()(0.0, 1.0, 1.0, 0.0, 1.0, 0.3, 1.0, state, vector)
     assert float(state[MONITOR.index("lag")]) == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+@pytest.mark.parametrize(
+    ("estimate", "kind", "noise"),
+    [
+        (run, Ekf, None),
+        (run, Ekf, 0.01),
+        (smooth, Ekf, None),
+        pytest.param(run, Mhe, None, marks=pytest.mark.long),
+    ],
+    ids=["ekf", "noise declared", "smoothed", "mhe"],
+)
+def test_friction_that_changes_steadily_is_not_usable_and_wrong(
+    estimate: Any, kind: Any, noise: float | None, factor: float
+) -> None:
+    observer = kind(model=Model(), values={"k": K}, rig=replace(RIG, noise=noise))
+    length, wrong = 15.0, list[float]()
+    for seed in range(4):
+        tyre = RigTyre(a=RIG.a, e=RIG.e, k=K, mu=0.4)
+        made = make_ground_recording(
+            seed, lambda t: 0.4 * factor ** (t / length), tyre=tyre, duration=length, bristles=500
+        )
+        estimates = estimate(observer, **columns_of(made))
+        assert estimates.usable.mean() > 0.3
+        wrong.append(float(wrong_and_usable(estimates, made.mu_true).mean()))
+    assert max(wrong) < 0.02
 
 
 @pytest.mark.parametrize(("before", "after"), [(HIGH, LOW), (LOW, HIGH)])
