@@ -35,6 +35,7 @@ from observers.measurement.torque_error import (
 )
 from observers.tuning import REFERENCE_STEP, TUNING_FIELDS
 from symbolic import InvalidInputError, Model, Rig, full_slide_torque
+from symbolic.parameters import EVEN
 
 STALE = 0.1
 """Age at which the error of an imputed steering torque reaches full slide [s]."""
@@ -45,10 +46,17 @@ USUAL_STEP = 0.02
 BLOCK = ("time", "psi_sum", "M_sum", "psi_a", "time_a", "psi_b", "M_b", "time_b", "blocks")
 """State of `SteeringTorque.observed_torque`: sums over the present block of samples, then means of the
 last two, their times and number."""
+DAMPING_STD = 0.2 * EVEN
+"""Standard deviation of b_t over its value, which may be off by 20 % [1]."""
 BLOCK_TIME = 0.0399
 """Least length of a block of samples [s]: the angle's second difference needs the time."""
 MIN_TIME_DIVISOR = 1e-9
 """Least divisor that is a time [s]."""
+
+
+def damping_variance(rig: Parts, rate: Expression) -> Expression:
+    """Variance of the torque of the damping at a yaw rate [rad/s], as far as b_t is known [N^2 m^2]."""
+    return (DAMPING_STD * rig["b_t"] * rate) ** 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,6 +115,7 @@ class SteeringTorque:
         ready = ca.logic_and(closes, before["blocks"] >= 2)
         variance = 6 * (values["J_A"] * noise / (first * second)) ** 2
         variance += sensor_variance(values) * ca.fmin(1, sample["dt"] / span)
+        variance += damping_variance(values, rate)
         moved = {
             "psi_a": before["psi_b"], "time_a": before["time_b"], "psi_b": psi, "M_b": M, "time_b": span,
             "blocks": before["blocks"] + 1,
@@ -173,10 +182,11 @@ class SteeringTorque:
         torque = M_z + last["M"] + x.get("M_0", 0)
         rate = ((1 - damping) * x["psi_dot"] + kick * torque / rig["J_A"]) / (1 + damping)
         after |= {"psi": x["psi"] + dt * rate, "psi_dot": rate}
+        relative = damping_variance(rig, x["psi_dot"]) / slide_torque**2
         lasting = tuning["error_travel"] / ca.fmax(MIN_YAW_RATE, ca.fabs(x["psi_dot"]))
         density = (
             sensor_noise_variance(rig, tuning, slide_torque) * REFERENCE_STEP
-            + model_error_variance(x, tuning) * lasting
+            + (model_error_variance(x, tuning) + relative) * lasting
         )
         white = density * slide_torque**2 * kick
         # The error of an imputed torque is correlated over about `STALE`; so is that of a torque between

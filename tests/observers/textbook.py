@@ -102,7 +102,10 @@ class StateSpace:
         A[j, j] += (1 - drag) / (1 + drag)
         A[i] += now.dt * A[j]
         after[i], after[j] = x[i] + now.dt * rate, rate
-        Q[j] = (self.tuning.noise * slide(now.F_N) / J) ** 2 * 0.01 * kick
+        # The damping may be off by 20 %, evenly, for as long as the model's error lasts.
+        lasting = self.tuning.error_travel / max(0.1, abs(x[j]))
+        off = (0.2 * b * x[j]) ** 2 / 3 * lasting
+        Q[j] = ((self.tuning.noise * slide(now.F_N)) ** 2 * 0.01 + off) * kick / J**2
 
     def measurement(
         self, x: Array, M_z: float, by_x: Array, now: Sample

@@ -66,7 +66,8 @@ def test_into_an_empty_place_nothing_moves(measurement_model: MeasurementModel, 
 
 @pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS[3::4], ids=repr)
 def test_walks_grow_with_time_and_not_with_samples(measurement_model: MeasurementModel) -> None:
-    tuning = Tuning(mu_walk=0.1, zero_walk=0.02, stiffness_walk=0.3, noise=0.2, error=inf)
+    walks = {"mu_walk": 0.1, "zero_walk": 0.02, "stiffness_walk": 0.3}
+    tuning = Tuning(**walks, noise=0.2, error=inf, error_travel=0.0)
     x, slopes = usual_x(measurement_model), np.zeros(len(slope_states(measurement_model)))
     of_a_second = []
     for steps in (np.full(100, 0.01), np.full(1000, 0.001), np.random.default_rng(1).random(300)):
