@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
@@ -33,8 +33,7 @@ MAX_REASONS = 4
 """Reasons that are told."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Doubt:
+class Doubt(NamedTuple):
     """A reason not to take friction as it is told, a phrase, and what comes before specifying to it."""
 
     reason: str
@@ -63,16 +62,14 @@ def _grave(diagnosis: Diagnosis, outcome: FrictionOutcome, stiffness: str) -> li
     notes, whole = diagnosis.notes, "car" if diagnosis.of_car else "rig"
     doubts = []
     if any(note.startswith(SUSPECTED) for note in notes):
-        doubts.append(
-            Doubt(reason="an input looks wrong, which may make it void", before="it is mended")
-        )
+        doubts.append(Doubt("an input looks wrong, which may make it void", "it is mended"))
     if diagnosis.stiffness_ratio != 1:
-        doubts.append(Doubt(reason=stiffness, before=f"the {whole} is checked"))
+        doubts.append(Doubt(stiffness, f"the {whole} is checked"))
     if any(note.startswith(MAY_END) for note in notes):
         doubts.append(
             Doubt(
-                reason="the torque may end by its sensor, and friction may be higher than told",
-                before="the sensor's range is checked",
+                "the torque may end by its sensor, and friction may be higher than told",
+                "the sensor's range is checked",
             )
         )
     few = sum(len(outcome.known_tracks(ground)) for ground in outcome.grounds) < MIN_RECORDINGS
@@ -84,32 +81,30 @@ def _grave(diagnosis: Diagnosis, outcome: FrictionOutcome, stiffness: str) -> li
 def _unknown_cause(diagnosis: Diagnosis) -> Doubt:
     larger = ", more than what was found explains" * unexplained_is_larger(diagnosis)
     return Doubt(
-        reason="the torque shows something of unknown cause,"
+        "the torque shows something of unknown cause,"
         f" {percent(diagnosis.unexplained.structured)} of its range{larger}",
-        before="recordings at other steering speeds, steering angles and loads have shown what that is",
+        "recordings at other steering speeds, steering angles and loads have shown what that is",
     )
 
 
 def _of_evidence(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[Doubt]:
     """Doubts as there are few recordings."""
     if len(diagnosis.recordings) + len(diagnosis.holdout) == 1:
-        return [
-            Doubt(reason="it rests on one recording, which nothing checks", before="a second one agrees")
-        ]
+        return [Doubt("it rests on one recording, which nothing checks", "a second one agrees")]
     known = {ground: len(outcome.known_tracks(ground)) for ground in outcome.grounds}
     if few := [ground for ground, count in known.items() if ground and 0 < count < MIN_RECORDINGS]:
         return [
             Doubt(
-                reason=f"on {listed(few)} fewer than {MIN_RECORDINGS} recordings give a value, too few"
+                f"on {listed(few)} fewer than {MIN_RECORDINGS} recordings give a value, too few"
                 " to say what one more would give",
-                before=f"{MIN_RECORDINGS} do",
+                f"{MIN_RECORDINGS} do",
             )
         ]
     if known.get(""):
         return [
             Doubt(
-                reason="each value is that of its recording alone, as no ground is named",
-                before=f"{MIN_RECORDINGS} recordings of a ground (--ground NAME) give a ± for one more",
+                "each value is that of its recording alone, as no ground is named",
+                f"{MIN_RECORDINGS} recordings of a ground (--ground NAME) give a ± for one more",
             )
         ]
     return []
@@ -121,34 +116,34 @@ def _of_effects(diagnosis: Diagnosis) -> list[Doubt]:
     if any(note.startswith(BEYOND_RANGE) for note in diagnosis.notes):
         doubts.append(
             Doubt(
-                reason="full slide is beyond the sensor's range, so that friction is inferred from what"
+                "full slide is beyond the sensor's range, so that friction is inferred from what"
                 " is below",
-                before="a larger sensor has measured it",
+                "a larger sensor has measured it",
             )
         )
     if diagnosis.inclination is not None:
         doubts.append(
             Doubt(
-                reason="the steering axes seem to be inclined otherwise than declared",
-                before="their inclination is checked",
+                "the steering axes seem to be inclined otherwise than declared",
+                "their inclination is checked",
             )
         )
     if any(map(says_declared_value_is_off, diagnosis.notes)):
         doubts.append(
             Doubt(
-                reason="the recordings want a length, a load or a zero other than declared",
-                before="that is measured (see the notes)",
+                "the recordings want a length, a load or a zero other than declared",
+                "that is measured (see the notes)",
             )
         )
     elif judging_may_be_of_another_wheel(diagnosis):
         doubts.append(
             Doubt(
-                reason="with nothing adjusted what was found hardly helps on the validation recordings",
-                before="it is checked that they are of the same wheel, load and ground",
+                "with nothing adjusted what was found hardly helps on the validation recordings",
+                "it is checked that they are of the same wheel, load and ground",
             )
         )
     if any(note.startswith(STOPPED_EARLY) for note in diagnosis.notes):
-        doubts.append(Doubt(reason="the fit stopped early", before="a fit has come to its end"))
+        doubts.append(Doubt("the fit stopped early", "a fit has come to its end"))
     if diagnosis.of_car:  # Its friction is by the vehicle, without the effects found.
         return doubts
     groups = {
@@ -164,7 +159,7 @@ def _of_effects(diagnosis: Diagnosis) -> list[Doubt]:
     }
     for why, effects in groups.items():
         if names := [effect_words(effect.name) for effect in effects]:
-            more = Doubt(reason=why.format(listed(names)), before="more recordings have settled that")
+            more = Doubt(why.format(listed(names)), "more recordings have settled that")
             doubts.append(more)
     return doubts
 
@@ -177,38 +172,28 @@ def _of_recordings(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[Doubt
         if half > WIDE * one.mu_eff and (one.scatter_share or 0.0) > 0.5:
             doubts.append(
                 Doubt(
-                    reason=f"the {one.recordings} recordings on {ground} differ so much that the ± is"
+                    f"the {one.recordings} recordings on {ground} differ so much that the ± is"
                     f" {100 * half / one.mu_eff:.0f} % of friction",
-                    before="more recordings have narrowed it",
+                    "more recordings have narrowed it",
                 )
             )
         elif half > WIDE * one.mu_eff:
             doubts.append(
                 Doubt(
-                    reason=f"the ± on {ground} is {100 * half / one.mu_eff:.0f} % of friction",
-                    before="it is narrower",
+                    f"the ± on {ground} is {100 * half / one.mu_eff:.0f} % of friction", "it is narrower"
                 )
             )
     if load_trend_in_words(outcome, diagnosis):
-        doubts.append(
-            Doubt(reason="friction goes with the load", before="it is known at the load that counts")
-        )
+        doubts.append(Doubt("friction goes with the load", "it is known at the load that counts"))
     if never := [track.name for track in tracks if track.last_usable is None]:
-        doubts.append(
-            Doubt(reason=f"{_named(never)} gave no value", before="it is known why (see below)")
-        )
+        doubts.append(Doubt(f"{_named(never)} gave no value", "it is known why (see below)"))
     ended = [
         track.name
         for track in tracks
         if track.last_usable not in (None, track.t.size - 1) and Status.INCONSISTENT in track.last_status
     ]
     if ended:
-        doubts.append(
-            Doubt(
-                reason=f"the model does not explain the end of {_named(ended)}",
-                before="it is known why",
-            )
-        )
+        doubts.append(Doubt(f"the model does not explain the end of {_named(ended)}", "it is known why"))
     return doubts
 
 
