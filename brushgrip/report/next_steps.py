@@ -115,8 +115,8 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
 def _play(diagnosis: Diagnosis) -> list[str]:
     """That play which was found may be removed or left."""
     return [
-        f"look for the play of {size_of(e)} between angle sensor and tyre and remove it before you"
-        " record again, or leave it: the model allows for it"
+        f"look for the play of {size_of(e)} between angle sensor and tyre and remove it (then record"
+        " everything again), or leave it: the model allows for it"
         for e in diagnosis.effects
         if e.name == "backlash" and e.grade in CLEAR
     ]

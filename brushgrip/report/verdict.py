@@ -61,7 +61,7 @@ def verdict(
     doubted = {ground for one in doubts for ground in one.grounds}
     sound = listed([ground for ground in outcome.bands() if ground not in doubted])
     if sound and all(one.grounds for one in doubts):
-        allowed = f"{sound} may be specified to within the ±, if what was declared is right"
+        allowed = f"{sound} may be specified to with the ± told, if what was declared is right"
         last += f" {sentence(allowed)}"
     why = [*map(sentence, said), last] if len(said) > 2 else [f"{sentence('; '.join(said))} {last}"]
     return NOT_YET if grave else CARE, why

@@ -235,8 +235,8 @@ def test_play_may_be_removed_or_left_and_a_recording_that_is_asked_for_is_not_de
     assert "\nTo do first: (1) Record ice 3 more times" in text
     assert (
         "\nTo do then: (2) Look for the play of 3.6° or 0.064 rad from end to end between angle"
-        " sensor and tyre and remove it before you record again, or leave it: the model allows for it.\n"
-        in text
+        " sensor and tyre and remove it (then record everything again), or leave it: the model allows"
+        " for it.\n" in text
     )
     assert "\nFurther recordings: None beyond (1).\n" in text
     assert "\nFurther recordings: None beyond what is to do first.\n" in mail(

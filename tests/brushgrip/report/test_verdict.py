@@ -152,7 +152,7 @@ def test_the_gravest_goes_first_and_not_too_many_are_told() -> None:
 def test_a_ground_without_a_doubt_of_its_own_may_be_specified_to() -> None:
     wide = [make_track(name, mu) for name, mu in zip("efg", (1.0, 1.2, 1.4), strict=True)]
     both = make_outcome(tracks=(*TRACKS, *wide), grounds={"ice": NAMES, "snow": ("e", "f", "g")})
-    allowed = " Ice may be specified to within the ±, if what was declared is right."
+    allowed = " Ice may be specified to with the ± told, if what was declared is right."
     _, (why,) = verdict(SOUND, both)
     assert "3 recordings on snow differ so much" in why
     assert why.endswith(f"before more recordings on snow have narrowed its ±.{allowed}")
