@@ -93,7 +93,7 @@ def _unknown_cause(diagnosis: Diagnosis) -> Doubt:
     return Doubt(
         "the torque shows something of unknown cause,"
         f" {percent(diagnosis.unexplained.structured)} of its range{larger}",
-        "recordings at other steering speeds, steering angles and loads have shown what that is",
+        "recordings at other steering speeds, steering angles and loads have shown the unknown cause",
     )
 
 
@@ -158,12 +158,13 @@ def _of_effects(diagnosis: Diagnosis) -> list[Doubt]:
     if diagnosis.of_car:  # Its friction is by the vehicle, without the effects found.
         return doubts
     odd = [e for e in diagnosis.effects if e.grade == "stands_in"]
+    some = "corrections" if len(odd) > 1 else "a correction"
     groups = {
-        f"it has {'corrections' if len(odd) > 1 else 'a correction'} whose cause is not known": odd,
-        "it allows for {}, which the recordings that judge do not confirm": [
+        f"the model has {some} whose cause is not known": odd,
+        "the model allows for {}, which the recordings that judge do not confirm": [
             e for e in diagnosis.effects if is_unconfirmed(e)
         ],
-        "it allows for {}, which may be chance": [
+        "the model allows for {}, which may be chance": [
             e for e in diagnosis.effects if e.grade == "weak" and not is_unconfirmed(e)
         ],
     }

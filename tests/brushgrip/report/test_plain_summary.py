@@ -257,7 +257,9 @@ def test_what_only_fitted_recordings_demand_is_to_be_fitted_on_each_ground() -> 
         in text
     )
     assert "whether torque offset is there, as only the fitted recordings demand it" in text
-    assert " It allows for torque offset, which the recordings that judge do not confirm. " in text
+    assert (
+        " The model allows for torque offset, which the recordings that judge do not confirm. " in text
+    )
     assert "chance" not in text
     assert "has a zero error: −0.12 N m (not confirmed)." in text
 
