@@ -8,7 +8,9 @@ from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
 from brushgrip.estimation.suspicious_recordings import SUSPECTED
 from brushgrip.report.friction_summary import variance_shares_by_cause
 from brushgrip.report.validity_and_missing_effects import stiffness_cases
+from brushgrip.report.what_effects_do import size_of
 from brushgrip.wording.diagnosis_in_words import (
+    CLEAR,
     is_unconfirmed,
     judging_may_be_of_another_wheel,
     proposed_recordings,
@@ -106,8 +108,18 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     if not steps:
         hardly = any(HARDLY in one for one in declare)
         steps, declare = (narrow, declare) if hardly else ([*declare, *narrow], [])
-    last = [*declare, *check * (not doubted)]
+    last = [*_play(diagnosis), *declare, *check * (not doubted)]
     return [*steps[: MAX_STEPS - len(more)], *more, *last][:MAX_STEPS] or ["nothing"]
+
+
+def _play(diagnosis: Diagnosis) -> list[str]:
+    """That play which was found may be removed or left."""
+    return [
+        f"look for the play of {size_of(e)} between angle sensor and tyre and remove it (then record"
+        " everything again), or leave it: the model allows for it"
+        for e in diagnosis.effects
+        if e.name == "backlash" and e.grade in CLEAR
+    ]
 
 
 def _to_declare(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
@@ -186,13 +198,15 @@ def _to_narrow(outcome: FrictionOutcome, told_apart: Sequence[str]) -> list[str]
     )
 
 
-def what_further_recordings_tell(diagnosis: Diagnosis) -> str:
-    """That no recording would settle what is open, or that none is needed, in sentences; else empty."""
+def what_further_recordings_tell(diagnosis: Diagnosis, steps: Sequence[str]) -> str:
+    """That no recording would settle what is open, or none beyond steps, in sentences; else empty."""
     if diagnosis.unexplained.present:
         return ""
     told = [not_separable(e) for e in diagnosis.effects if e.experiment and not e.experiment.feasible]
     if all(e.grade == "strong" for e in diagnosis.effects):
-        told.append("none is needed to find the model")
+        asked = [f"({at})" for at, one in enumerate(steps, 1) if one.startswith(("record ", "make "))]
+        beyond = listed(asked) if len(steps) > 1 else "what is to do first"
+        told.append(f"none beyond {beyond}" if asked else "none is needed to find the model")
     return " ".join(map(sentence, told))
 
 

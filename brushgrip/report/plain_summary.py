@@ -83,10 +83,10 @@ def lines_to_send(
     """
     told = outcome or FrictionOutcome(before={}, after={}, grounds={})
     known = any(map(told.known_tracks, told.grounds))
-    steps = next_steps(diagnosis, told)
+    asked = next_steps(diagnosis, told)
     # Names of grounds and recordings may hold a full stop.
-    parted = ". " if steps[:1] == [CHECKS[diagnosis.of_car]] else "\n"
-    steps = [f"({i}) " * (len(steps) > 1) + sentence(step) for i, step in enumerate(steps, 1)]
+    parted = ". " if asked[:1] == [CHECKS[diagnosis.of_car]] else "\n"
+    steps = [f"({i}) " * (len(asked) > 1) + sentence(step) for i, step in enumerate(asked, 1)]
     one = "(1)" if len(steps) > 1 else "that"
     first, after = [text.strip() for text in "".join(steps[:1]).partition(parted)[::2]]
     reserved = band_caveats(diagnosis)
@@ -95,11 +95,12 @@ def lines_to_send(
     missing = missing_effects(diagnosis, told if known and not diagnosis.of_car else None)
     label = LEFT_OUT + ALLOWED_FOR * (known and (not diagnosis.of_car or told.inclination is not None))
     error, judged = error_to_quote(diagnosis)
-    provisional = known and diagnosis.stiffness_ratio != 1
+    provisional = known and bool(diagnosis.stiffness_ratio != 1)
     finding = {label: missing} if missing else {"Result": [result_in_plain_words(diagnosis)]}
     if_wrong = friction_if_stiffness_is_wrong(diagnosis, told) if provisional else []
     judged_use, why = verdict_on_friction(diagnosis, told)
-    friction = {judged_use: [_friction(told)], "Why": [why]}
+    held = f" The ± holds only if the {'car' if diagnosis.of_car else 'rig'} proves right." * provisional
+    friction = {judged_use: [_friction(told) + held], "Why": why}
     cases = stiffness_cases(diagnosis)
     for at, value in enumerate(if_wrong, 1):
         cases[at] = f"{cases[at].removesuffix('.')}: then {value}."
@@ -119,7 +120,7 @@ def lines_to_send(
         "How sure": [" ".join(filter(None, [*sure, trend]))] if known else [*cases[:1], *reserved[:-1]],
         "To do first": [sentence(first)] if first else [],
         **finding,
-        "Error": [error],
+        "Torque, not friction": [error],
         "Valid for": [valid],
     }
     details = {
@@ -127,17 +128,16 @@ def lines_to_send(
         or [stiffness_within_tolerance(diagnosis)],
         "More on how sure": [caution, *also] if known else [],
         "To do then": [f"After {one}, {after[:1].lower()}{after[1:]}" * bool(after), *steps[1:]],
-        "Further recordings": [what_further_recordings_tell(diagnosis)],
+        "Further recordings": [what_further_recordings_tell(diagnosis, asked)],
         "Recordings with a value": [benefit],
-        "How the error is told": [judged],
-        "Repeatability": [_repeatability(diagnosis)],
+        "How the torque's error is told": [judged],
         "Not known": [sentence("; ".join(_open_questions(diagnosis, told)))],
     }
     return _filled(mail), _filled(details)
 
 
-def verdict_on_friction(diagnosis: Diagnosis, outcome: FrictionOutcome) -> tuple[str, str]:
-    """Whether friction may be used, and why."""
+def verdict_on_friction(diagnosis: Diagnosis, outcome: FrictionOutcome) -> tuple[str, list[str]]:
+    """Whether friction may be used, and why, an item each."""
     if_wrong = (
         friction_if_stiffness_is_wrong(diagnosis, outcome) if diagnosis.stiffness_ratio != 1 else []
     )
@@ -145,7 +145,7 @@ def verdict_on_friction(diagnosis: Diagnosis, outcome: FrictionOutcome) -> tuple
     return verdict(diagnosis, outcome, other_stiffness(diagnosis, otherwise))
 
 
-def _repeatability(diagnosis: Diagnosis) -> str:
+def repeatability_in_words(diagnosis: Diagnosis) -> str:
     """How well recordings that replicate each other repeat, and what that may make of the error."""
     if (known := diagnosis.repeatability) is None:
         return ""

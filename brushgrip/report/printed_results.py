@@ -5,7 +5,12 @@ from collections.abc import Mapping
 from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome, found_model
 from brushgrip.outputs.console import print_table, print_text, say, warn
 from brushgrip.report.friction_summary import widest_causes
-from brushgrip.report.plain_summary import friction_and_notes, lines_to_send, verdict_on_friction
+from brushgrip.report.plain_summary import (
+    friction_and_notes,
+    lines_to_send,
+    repeatability_in_words,
+    verdict_on_friction,
+)
 from brushgrip.report.tables import (
     errors_by_stage,
     friction_by_recording,
@@ -67,8 +72,8 @@ def print_diagnosis(
     if warning:
         print_text(warning, style="bold")
     known, notes = friction_and_notes(outcome)
-    use, why = verdict_on_friction(diagnosis, outcome) if outcome else ("", "")
-    judged = f"Friction: {use[:1].lower()}{use[1:]}. {why}".strip() * bool(use)
+    use, why = verdict_on_friction(diagnosis, outcome) if outcome else ("", [])
+    judged = f"Friction: {use[:1].lower()}{use[1:]}. {' '.join(why)}".strip() * bool(use)
     for line in filter(None, (*known, judged, headline(diagnosis))):
         print_text(line, style="bold")
     for line in notes:
@@ -112,7 +117,7 @@ def print_diagnosis(
     told = " ".join(item for _, items in (*to_send, *details) for item in items)
     for note in notes_beside(diagnosis, told):
         print_text(f"note: {note}")
-    for line in rejected_user_effects(diagnosis):
+    for line in filter(None, [repeatability_in_words(diagnosis), *rejected_user_effects(diagnosis)]):
         print_text(line)
     print_text(use_of_model(diagnosis, found_model(diagnosis)))
     for title, parts in (("Before you act on it", details), ("To send", to_send)):

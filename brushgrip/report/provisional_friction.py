@@ -40,7 +40,7 @@ def doubt_of_stiffness(
         return "", ""
     return (
         f"; if the {read} reads so much too {'high' if ratio > 1 else 'low'}, friction is {if_wrong[0]}",
-        f"Whichever holds, with its ± friction is anything from {_possible(outcome, ratio)};"
+        f"Whether the {read} or k is off: friction is from {_possible(outcome, ratio)};"
         " other errors come on top.",
     )
 

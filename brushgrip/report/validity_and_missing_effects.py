@@ -121,12 +121,10 @@ def missing_effects(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
             clearest = min(effects, key=lambda effect: effect.grade not in CLEAR)
             told.append(f"{cause} ({_sureness(clearest, cause)})")
         else:
-            names = [effect_words(effect.name) for effect in effects]
-            copies = f"Corrections that are no findings ({listed(names)}) stand in for it"
-            if len(names) == 1:
-                copies = f"A correction that is no finding ({listed(names)}) stands in for it"
-            use = "" if outcome is None else _use_of_stand_ins(diagnosis, effects, outcome)
-            told.append(f"a further cause, unknown. {copies}{use}")
+            several = len(effects) > 1
+            copies = "Corrections stand in for it" if several else "A correction stands in for it"
+            without = "" if outcome is None else _without_stand_ins("them" if several else "it", outcome)
+            told.append(f"a further cause, unknown. {copies}{without}")
     if diagnosis.unexplained.present:
         unknown = "an error beyond noise remains, of unknown cause, which the model found leaves out too"
         if unexplained_is_larger(diagnosis):
@@ -158,24 +156,16 @@ def result_in_plain_words(diagnosis: Diagnosis) -> str:
     return told + rest * unknown.present
 
 
-def _use_of_stand_ins(
-    diagnosis: Diagnosis, stand_ins: Sequence[FoundEffect], outcome: FrictionOutcome
-) -> str:
-    """Which of these `estimate` uses, none that belongs to a recording, and friction without them."""
-    own = [effect.name for effect in diagnosis.model.effects if effect.of_recordings]
-    used = [effect_words(effect.name) for effect in stand_ins if effect.name not in own]
-    them = "them" if len(stand_ins) > 1 else "it"
-    uses = f"uses only {listed(used)}" if used else f"does not use {them}"
-    uses = f"uses {them} too" if len(used) == len(stand_ins) else uses
+def _without_stand_ins(them: str, outcome: FrictionOutcome) -> str:
+    """Friction without the stand-ins, a clause; empty where that is not known."""
     changes: dict[str, list[str]] = {}
     for ground, ratio in outcome.without_stand_ins.items():
         share = f"{100 * abs(ratio - 1):.0f} %"
         change = "as" if share == "0 %" else f"{share} {'higher' if ratio > 1 else 'lower'} than"
         changes.setdefault(change, []).append(ground)
     told = listed([f"{one} told{f' on {listed(at)}' * any(at)}" for one, at in changes.items()])
-    without = f"; without {them} friction would be {told}, but the cause itself may change it by more"
-    use = f", and the command estimate with model.json {uses}"
-    return f"{use}{without} than that" if told else use
+    without = f"; without {them} friction would be {told}; the cause itself may change it by more"
+    return without * bool(told)
 
 
 def _sureness(effect: FoundEffect, cause: str) -> str:
@@ -258,11 +248,11 @@ def error_to_quote(diagnosis: Diagnosis) -> tuple[str, str]:
     figure = "holdout_torque_nrmse_unrefitted" if bare else judging
     stages = [diagnosis.declared, diagnosis.before, *[diagnosis.after] * bool(diagnosis.effects)]
     assumed, refitted, *found = [percent(errors.summary()[figure]) for errors in stages]
-    first = f"{assumed} of its range by the assumed model as given, by {refitted}"
+    first = f"{assumed} of its range by the assumed model as given, {refitted}"
     if assumed == percent(None):  # Nothing was fitted that a recording could be left out of.
         first = f"{refitted} of its range by the assumed model"
-    told = f"The calculated torque is off by {first} with only its stiffness k fitted"
-    told += "".join(f", by {one} by the model found" for one in found)
+    told = f"The error of the calculated torque (not of friction): {first} with only k fitted"
+    told += "".join(f", {one} by the model found" for one in found)
     values = f"{adjusted_values_in_words(diagnosis)}, fitted to each"
     if not bare:
         return f"{told}.", sentence(f"in {judged}, with {values}")

@@ -38,22 +38,32 @@ class Doubt(NamedTuple):
 
     reason: str
     before: str
+    grounds: tuple[str, ...] = ()
+    """Those that alone it is of; empty where it is of all."""
 
 
-def verdict(diagnosis: Diagnosis, outcome: FrictionOutcome, stiffness: str = "") -> tuple[str, str]:
-    """One of the verdicts, and why, in sentences; `stiffness` says what k makes of friction."""
+def verdict(
+    diagnosis: Diagnosis, outcome: FrictionOutcome, stiffness: str = ""
+) -> tuple[str, list[str]]:
+    """One of the verdicts, and why, an item each; `stiffness` says what k makes of friction."""
     if not any(map(outcome.known_tracks, outcome.grounds)):
-        return NOTHING, ""
+        return NOTHING, []
     grave, unknown = _grave(diagnosis, outcome, stiffness), _unknown_cause(diagnosis)
     told = diagnosis.unexplained.present and unknown not in grave
     evidence, effects = _of_evidence(diagnosis, outcome), _of_effects(diagnosis)
     doubts = [*grave, *[unknown] * told, *evidence, *effects, *_of_recordings(diagnosis, outcome)]
     if not doubts:
-        return USE, _provided(diagnosis)
-    said = "; ".join(one.reason for one in doubts[:MAX_REASONS])
+        return USE, [_provided(diagnosis)]
+    said = [one.reason for one in doubts[:MAX_REASONS]]
     first = list(dict.fromkeys(one.before for one in doubts[:2]))
-    why = f"{sentence(said)} Do not specify to it before {', and before '.join(first)}."
-    why += " Friction may change then." * diagnosis.unexplained.present
+    last = f"Do not specify to it before {', and before '.join(first)}."
+    last += " Friction may change then." * diagnosis.unexplained.present
+    doubted = {ground for one in doubts for ground in one.grounds}
+    sound = listed([ground for ground in outcome.bands() if ground not in doubted])
+    if sound and all(one.grounds for one in doubts):
+        allowed = f"{sound} may be specified to with the ± told, if what was declared is right"
+        last += f" {sentence(allowed)}"
+    why = [*map(sentence, said), last] if len(said) > 2 else [f"{sentence('; '.join(said))} {last}"]
     return NOT_YET if grave else CARE, why
 
 
@@ -83,7 +93,7 @@ def _unknown_cause(diagnosis: Diagnosis) -> Doubt:
     return Doubt(
         "the torque shows something of unknown cause,"
         f" {percent(diagnosis.unexplained.structured)} of its range{larger}",
-        "recordings at other steering speeds, steering angles and loads have shown what that is",
+        "recordings at other steering speeds, steering angles and loads have shown the unknown cause",
     )
 
 
@@ -97,7 +107,8 @@ def _of_evidence(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[Doubt]:
             Doubt(
                 f"on {listed(few)} fewer than {MIN_RECORDINGS} recordings give a value, too few"
                 " to say what one more would give",
-                f"{MIN_RECORDINGS} do",
+                f"{MIN_RECORDINGS} recordings on {listed(few)} give one",
+                tuple(few),
             )
         ]
     if known.get(""):
@@ -146,14 +157,14 @@ def _of_effects(diagnosis: Diagnosis) -> list[Doubt]:
         doubts.append(Doubt("the fit stopped early", "a fit has come to its end"))
     if diagnosis.of_car:  # Its friction is by the vehicle, without the effects found.
         return doubts
+    odd = [e for e in diagnosis.effects if e.grade == "stands_in"]
+    some = "corrections" if len(odd) > 1 else "a correction"
     groups = {
-        "the cause of a correction in it ({}) is not known": [
-            e for e in diagnosis.effects if e.grade == "stands_in"
-        ],
-        "it allows for {}, which the recordings that judge do not confirm": [
+        f"the model has {some} whose cause is not known": odd,
+        "the model allows for {}, which the recordings that judge do not confirm": [
             e for e in diagnosis.effects if is_unconfirmed(e)
         ],
-        "it allows for {}, which may be chance": [
+        "the model allows for {}, which may be chance": [
             e for e in diagnosis.effects if e.grade == "weak" and not is_unconfirmed(e)
         ],
     }
@@ -174,13 +185,16 @@ def _of_recordings(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[Doubt
                 Doubt(
                     f"the {one.recordings} recordings on {ground} differ so much that the ± is"
                     f" {100 * half / one.mu_eff:.0f} % of friction",
-                    "more recordings have narrowed it",
+                    f"more recordings on {ground} have narrowed its ±",
+                    (ground,),
                 )
             )
         elif half > WIDE * one.mu_eff:
             doubts.append(
                 Doubt(
-                    f"the ± on {ground} is {100 * half / one.mu_eff:.0f} % of friction", "it is narrower"
+                    f"the ± on {ground} is {100 * half / one.mu_eff:.0f} % of friction",
+                    f"that on {ground} is narrower",
+                    (ground,),
                 )
             )
     if load_trend_in_words(outcome, diagnosis):

@@ -23,7 +23,7 @@ STRAIGHT = 0.15
 """Distance of a curve from a line over its change, up to which it is told by its slope [1]."""
 MORE_LOAD = 1.1
 """Ratio of loads for which it is told what a law of load does [1]."""
-PLAIN = {"backlash": "the linkage between angle sensor and tyre has play, crossed at no torque"}
+PLAIN = {"backlash": "the linkage between angle sensor and tyre has play"}
 """What an effect does where its summary takes a modeller to read."""
 
 

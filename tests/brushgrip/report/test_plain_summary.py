@@ -12,7 +12,12 @@ from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import provenance_of
 from brushgrip.published.bundled_files import demo_folder
 from brushgrip.report.friction_summary import widest_causes
-from brushgrip.report.plain_summary import friction_and_notes, lines_to_send, next_steps
+from brushgrip.report.plain_summary import (
+    friction_and_notes,
+    lines_to_send,
+    next_steps,
+    repeatability_in_words,
+)
 from brushgrip.report.tables import friction_by_recording
 from brushgrip.report.validity_and_missing_effects import (
     band_caveats,
@@ -20,7 +25,7 @@ from brushgrip.report.validity_and_missing_effects import (
     notes_beside,
 )
 from brushgrip.report.what_effects_do import summary_of
-from identification import Diagnosis
+from identification import Diagnosis, ParameterEstimate
 from identification.diagnosis.found_stiffness import FoundStiffness
 from identification.diagnosis.from_search import BEYOND_RANGE
 from identification.diagnosis.graded_effects import ASSUMED, assumed_tolerances_note
@@ -90,7 +95,7 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
         "\nNot known: Friction in c and d; friction in b after 7.0 s (told is the value until then)."
     )
     rest = "(c) An error beyond noise remains, of unknown cause, which the model found leaves out too."
-    assert f"{rest}\nError: The calculated torque" in text
+    assert f"{rest}\nTorque, not friction: The error of the calculated torque (not of" in text
     again, other, *rest = next_steps(make_diagnosis(("a", "b", "d"), ("c",)), judged)
     assert again == "record c and d again, turning to and fro until the wheel slides both ways"
     assert other.startswith("as something unknown remains, record at other steering speeds")
@@ -218,6 +223,29 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     assert told in mail(unsettled, known)
 
 
+def test_play_may_be_removed_or_left_and_a_recording_that_is_asked_for_is_not_denied() -> None:
+    tracks = (*TRACKS[:2], make_track("c", 1.3))
+    outcome = make_outcome("c", tracks=tracks, grounds={"ice": ("a", "b", "c")})
+    sound = make_diagnosis(("a", "b"), ("c",), unexplained=False)
+    gap = ParameterEstimate(value=0.0636, std=1e-4, unit="rad")
+    play = replace(
+        sound.effects[0], name="backlash", parameters={"gap": gap}, experiment=None, grade="strong"
+    )
+    text = mail(replace(sound, effects=(play,)), outcome)
+    assert "\nTo do first: (1) Record ice 3 more times" in text
+    assert (
+        "\nTo do then: (2) Look for the play of 3.6° or 0.064 rad from end to end between angle"
+        " sensor and tyre and remove it (then record everything again), or leave it: the model allows"
+        " for it.\n" in text
+    )
+    assert "\nFurther recordings: None beyond (1).\n" in text
+    assert "\nFurther recordings: None beyond what is to do first.\n" in mail(
+        replace(sound, effects=()), outcome
+    )
+    unsure = replace(sound, effects=(replace(play, grade="stands_in"),))
+    assert "Look for the play" not in mail(unsure, outcome)
+
+
 def test_what_only_fitted_recordings_demand_is_to_be_fitted_on_each_ground() -> None:
     diagnosis = make_diagnosis(("a", "b"), ("c",), unexplained=False)
     torsion, offset = diagnosis.effects
@@ -229,7 +257,9 @@ def test_what_only_fitted_recordings_demand_is_to_be_fitted_on_each_ground() -> 
         in text
     )
     assert "whether torque offset is there, as only the fitted recordings demand it" in text
-    assert "; it allows for torque offset, which the recordings that judge do not confirm; " in text
+    assert (
+        " The model allows for torque offset, which the recordings that judge do not confirm. " in text
+    )
     assert "chance" not in text
     assert "has a zero error: −0.12 N m (not confirmed)." in text
 
@@ -314,20 +344,21 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
         diagnosis = replace(
             make_diagnosis(("a", "b"), ("c",)), stiffness_ratio=ratio, notes=(note, "other")
         )
-        ((label, (told,)), (why, (reason,)), (how, (sure,)), *_), ((means, cases), *_) = lines_to_send(
+        ((label, (told,)), (why, (*reasons,)), (how, (sure,)), *_), ((means, cases), *_) = lines_to_send(
             diagnosis, outcome
         )
         assert (label, why) == ("Do not use it yet", "Why")
         assert told.startswith("friction between tyre and ground 1.2"), "verdict and number"
+        assert told.endswith(". The ± holds only if the rig proves right.")
         high = "high" if ratio > 1 else "low"
-        assert reason.startswith(
+        assert reasons[0] == (
             f"The tyre comes out {ratio:.2f} times as stiff as declared; if the torque reads so much too"
-            f" {high}, friction is {ways[0]}; "
+            f" {high}, friction is {ways[0]}."
         )
-        assert "Do not specify to it before the rig is checked, and before" in reason
+        assert "Do not specify to it before the rig is checked, and before" in reasons[-1]
         # From the lower end over the ratio to the upper end: 1.20 with a band of 0.51.
         ends = "0.43 to 1.71" if ratio > 1 else "0.69 to 3.42"
-        doubt = f"Whichever holds, with its ± friction is anything from {ends} on ice; other errors come"
+        doubt = f"Whether the torque or k is off: friction is from {ends} on ice; other errors come"
         assert sure.startswith(doubt)
         assert (how, means) == ("How sure", "What the stiffness may mean")
         assert cases == [
@@ -345,7 +376,7 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
     assert "\nWhy: The tyre comes out 0.50" in unnamed
     other_ground = replace(tracks[0], name="d")
     two = replace(outcome, tracks=(*tracks, other_ground), grounds={**outcome.grounds, "snow": ("d",)})
-    assert "anything from 0.69 to 3.42 on ice;" in mail(diagnosis, two), "snow has no band"
+    assert "friction is from 0.69 to 3.42 on ice;" in mail(diagnosis, two), "snow has no band"
     for ratio in (0.625, 1.6):
         car = replace(diagnosis, of_car=True, stiffness_ratio=np.float64(ratio))
         told = mail(car, outcome)
@@ -355,6 +386,7 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
         assert ("; if the force reads so much too high, friction is about" in told) == (ratio > 1)
         assert "Why: Tyres and what yields beside them come out" in told
         assert "before the car is checked" in told
+        assert "only if the car proves right.\n" in told
     other = note.replace("1·10⁶", "2·10⁶")
     both = mail(replace(diagnosis, notes=(note, other)), outcome)
     assert (both.count("if the torque reads too"), both.count(": then ")) == (2, 0), "of which ground?"
@@ -441,7 +473,9 @@ def test_the_weaker_direction_is_told_beside_the_mean_of_both() -> None:
 def test_how_well_recordings_repeat_is_told() -> None:
     groups = (("a", "b"), ("c", "d"))
     known = Repeatability(replicates=groups, spread=0.048, nrmse=0.013, spreads=(0.02, 0.07))
-    told = mail(replace(make_diagnosis(), repeatability=known), make_outcome())
+    diagnosis = replace(make_diagnosis(), repeatability=known)
+    told = repeatability_in_words(diagnosis)
+    assert told not in mail(diagnosis, make_outcome()), "of those who work on the model"
 
     assert (
         "in the torque at which the tyre slides (standard deviation): “a” and “b” by 2.00 %; “c” and “d”"

@@ -14,11 +14,14 @@ from brushgrip.report import tables
 from brushgrip.report.friction_summary import has_unusable_gap
 from brushgrip.report.page import write_report
 from brushgrip.report.printed_results import rejected_user_effects
+from brushgrip.report.verdict import CARE, NOT_YET, NOTHING, USE
 from identification import Diagnosis, ParameterEstimate, SelectionCriteria
 from identification.diagnosis.result_parts import Candidate
+from identification.residuals.repeatability import Repeatability
 from identification.selection.trial_runner import workers
 from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome, signatures
 
+VERDICTS = (USE, CARE, NOT_YET, NOTHING)
 VOID = {"meta", "img", "link", "br", "input"}
 
 
@@ -162,7 +165,7 @@ def test_the_first_screen_says_what_friction_is() -> None:
     assert "Valid for: A wheel that stands and is steered" in first
     assert "not for driving speed" in first
     assert "In 1 recording to which no shared value was fitted, but by" in first
-    assert "by 4.30 % with only its stiffness k fitted, by 2.37 % by the model found." in first
+    assert ", 4.30 % with only k fitted, 2.37 % by the model found." in first
     assert (
         "friction and torque offset, and lengths and load within their tolerances, fitted to each"
         in first
@@ -184,6 +187,24 @@ def test_the_first_screen_says_what_friction_is() -> None:
         )
         in text
     )
+
+
+@pytest.mark.usefixtures("no_drawing")
+def test_each_verdict_has_its_colour_and_repeatability_stands_with_the_errors() -> None:
+    known = Repeatability(replicates=(("a", "b"),), spread=0.048, nrmse=0.013)
+    diagnosis = replace(make_diagnosis(("a", "b", "d"), ("c",)), repeatability=known)
+    outcome = make_outcome("c", tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
+    text = write_report(Path(), diagnosis, (), outcome).read_text("utf-8")
+    colours: dict[str, str] = {}
+    for rule in re.findall(r"(\[data-verdict.*?) \{ border-left-color: (.*?); \}", text):
+        colours |= dict.fromkeys(re.findall(r'"(.*?)"', rule[0]), rule[1])
+
+    told = [[c for start, c in colours.items() if one.startswith(start)] for one in VERDICTS]
+    assert told == [["var(--use)"], ["var(--care)"], ["var(--not-yet)"], ["var(--not-yet)"]]
+    assert f'<div class="summary" data-verdict="{CARE}">' in text
+    first, rest = Page(text).text.split("What was found\n\n", 1)
+    assert "“a” and “b” by 4.80 %" in rest
+    assert "“a” and “b”" not in first
 
 
 def test_on_a_narrow_screen_every_cell_has_its_heading(full: Path) -> None:

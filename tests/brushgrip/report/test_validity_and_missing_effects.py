@@ -82,12 +82,13 @@ def test_the_assumed_model_has_its_own_error_where_nothing_was_found() -> None:
     diagnosis = make_diagnosis(("a", "b"), ("c",), found=False)
     first, _ = error_to_quote(diagnosis)
     declared = percent(diagnosis.declared.summary()["holdout_torque_nrmse"])
-    assert f" off by {declared} of its range by the assumed model as given, by 4" in first
+    assert f"(not of friction): {declared} of its range by the assumed model as given, 4" in first
     assert "by the model found" not in first
     left_out = make_diagnosis(("a", "b"), ())
     left_out = replace(left_out, declared=replace(left_out.declared, left_out={}))
     assert error_to_quote(left_out)[0].startswith(
-        "The calculated torque is off by 4.05 % of its range by the assumed model with only its"
+        "The error of the calculated torque (not of friction): 4.05 % of its range by the assumed model"
+        " with only k fitted"
     )
 
 
@@ -97,21 +98,19 @@ def test_the_assumed_model_has_its_own_error_where_nothing_was_found() -> None:
         (
             1,
             {},
-            "A correction that is no finding (carcass torsion) stands in for it, and the command"
-            " estimate with model.json uses it too. Even so",
+            "A further cause, unknown. A correction stands in for it. Even so",
         ),
         (
             1,
             {"": 1.1},
-            "uses it too; without it friction would be 10 % higher than told, but the cause itself may"
-            " change it by more than that. Even so",
+            "stands in for it; without it friction would be 10 % higher than told; the cause itself may"
+            " change it by more. Even so",
         ),
         (
             2,
             {"steel": 0.96, "ice": 1.001, "snow": 0.957},
-            "Corrections that are no findings (carcass torsion and stribeck) stand in for it, and"
-            " the command estimate with model.json uses them too; without them friction would be 4 %"
-            " lower than told on steel and snow and as told on ice, but the",
+            "Corrections stand in for it; without them friction would be 4 % lower than told on steel"
+            " and snow and as told on ice; the",
         ),
     ],
 )
@@ -126,19 +125,6 @@ def test_how_much_of_friction_rests_on_stand_ins(odd: int, ratios: dict[str, flo
     diagnosis = replace(diagnosis, effects=(clear, *others), unexplained=left)
 
     assert told in " ".join(missing_effects(diagnosis, make_outcome(without_stand_ins=ratios)))
-
-
-def test_what_belongs_to_a_recording_is_not_said_to_be_used_by_estimate() -> None:
-    diagnosis = make_diagnosis()
-    torsion, offset = (replace(effect, grade="stands_in") for effect in diagnosis.effects)
-    clear = replace(torsion, name="rate_friction", grade="strong", indistinguishable_from=())
-    both, one = (
-        missing_effects(replace(diagnosis, effects=(clear, *odd)), make_outcome())[1]
-        for odd in ((torsion, offset), (offset,))
-    )
-
-    assert "estimate with model.json uses only carcass torsion." in both
-    assert "estimate with model.json does not use it." in one
 
 
 def test_what_is_left_where_everything_of_a_recording_is_fitted_is_told() -> None:

@@ -81,21 +81,21 @@ HALF = replace(SOUND, recordings=("a",), holdout=())
         (NOT_YET, replace(SOUND, stiffness_ratio=1.6), KNOWN, "K is off. Do not specify to it before"),
         (NOT_YET, replace(SOUND, notes=(f"{MAY_END}: c",)), KNOWN, "The torque may end by its sensor"),
         (NOT_YET, unexplained(0.06), KNOWN, "unknown cause, 6.00 % of its range"),
-        (CARE, unexplained(0.012), KNOWN, "have shown what that is. Friction may change then."),
+        (CARE, unexplained(0.012), KNOWN, "have shown the unknown cause. Friction may change then."),
         (CARE, unexplained(0.03), KNOWN, "unknown cause, 3.00 % of its range, more than what was"),
-        (NOT_YET, unexplained(0.03), of(1.2, 1.2), "and before 3 do. Friction may change"),
+        (NOT_YET, unexplained(0.03), of(1.2, 1.2), "and before 3 recordings on ice give one. Friction"),
         (NOT_YET, unexplained(0.03, HALF), of(1.2), "it rests on one recording, which nothing checks"),
         (CARE, HALF, of(1.2), "It rests on one recording, which nothing checks. Do not specify to it"),
         (CARE, SOUND, of(1.2, 1.2, ice=NAMES[:2]), "On ice fewer than 3 recordings give a value"),
         (CARE, SOUND, of(1.2, 1.2, 1.2, 1.2, **{"": NAMES}), "Each value is that of its recording"),
-        (CARE, SOUND, of(1.0, 1.2, 1.2, 1.4), "4 recordings on ice differ so much that the ± is 4"),
+        (CARE, SOUND, of(1.0, 1.2, 1.2, 1.4), "before more recordings on ice have narrowed its ±."),
         (
             CARE,
             SOUND,
             make_outcome(
                 tracks=tuple(replace(t, mu_std=np.full(11, 0.3)) for t in TRACKS), grounds={"ice": NAMES}
             ),
-            "The ± on ice is 49 % of friction",
+            "The ± on ice is 49 % of friction. Do not specify to it before that on ice is narrower.",
         ),
         (CARE, LOADS, RISING, "Friction goes with the load"),
         (CARE, SOUND, replace(KNOWN, tracks=(*TRACKS[:3], NEVER)), "D gave no value"),
@@ -117,8 +117,8 @@ HALF = replace(SOUND, recordings=("a",), holdout=())
         ),
         (USE, with_nothing_adjusted(0.1, 0.07), KNOWN, ""),
         (CARE, with_nothing_adjusted(0.09, 0.07), KNOWN, "With nothing adjusted what was found hardly"),
-        (CARE, graded("stands_in"), KNOWN, "The cause of a correction in it (torque offset) is not"),
-        (CARE, graded("weak"), KNOWN, "It allows for torque offset, which may be chance"),
+        (CARE, graded("stands_in"), KNOWN, "The model has a correction whose cause is not known. Do"),
+        (CARE, graded("weak"), KNOWN, "The model allows for torque offset, which may be chance"),
         (
             CARE,
             graded("weak", standard_errors=2.5, deviations=99.0),
@@ -131,7 +131,8 @@ HALF = replace(SOUND, recordings=("a",), holdout=())
 def test_each_fact_that_speaks_against_friction_alone(
     label: str, diagnosis: Diagnosis, outcome: FrictionOutcome, why: str
 ) -> None:
-    told, reason = verdict(diagnosis, outcome, "k is off" * (diagnosis.stiffness_ratio != 1))
+    told, reasons = verdict(diagnosis, outcome, "k is off" * (diagnosis.stiffness_ratio != 1))
+    reason = " ".join(reasons)
     assert (told, why in reason) == (label, True), reason
     assert ("Do not specify to it before" in reason) == (label in (CARE, NOT_YET))
 
@@ -142,6 +143,18 @@ def test_the_gravest_goes_first_and_not_too_many_are_told() -> None:
         notes=(f"{BEYOND_RANGE}, so", f"{SUSPECTED}: c", f"{STOPPED_EARLY}"),
     )
     label, why = verdict(doubtful, replace(KNOWN, tracks=(*TRACKS[:3], NEVER)))
-    assert (label, why.count("; ")) == (NOT_YET, 3)
-    assert why.startswith("An input looks wrong, which may make it void; the torque shows something of")
-    assert "before it is mended, and before recordings at other steering speeds" in why
+    assert (label, len(why)) == (NOT_YET, 4 + 1)
+    assert why[0] == "An input looks wrong, which may make it void."
+    assert why[1].startswith("The torque shows something of")
+    assert "before it is mended, and before recordings at other steering speeds" in why[-1]
+
+
+def test_a_ground_without_a_doubt_of_its_own_may_be_specified_to() -> None:
+    wide = [make_track(name, mu) for name, mu in zip("efg", (1.0, 1.2, 1.4), strict=True)]
+    both = make_outcome(tracks=(*TRACKS, *wide), grounds={"ice": NAMES, "snow": ("e", "f", "g")})
+    allowed = " Ice may be specified to with the ± told, if what was declared is right."
+    _, (why,) = verdict(SOUND, both)
+    assert "3 recordings on snow differ so much" in why
+    assert why.endswith(f"before more recordings on snow have narrowed its ±.{allowed}")
+    _, (why,) = verdict(graded("weak"), both)
+    assert "Ice may" not in why, "a doubt of all grounds"

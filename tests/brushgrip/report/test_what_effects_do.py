@@ -70,6 +70,5 @@ def test_play_is_told_in_plain_words() -> None:
         parameters={"gap": gap},
     )
     assert summary_of(make_diagnosis(), effect) == (
-        "the linkage between angle sensor and tyre has play, crossed at no torque: 3.6° or 0.064 rad"
-        " from end to end"
+        "the linkage between angle sensor and tyre has play: 3.6° or 0.064 rad from end to end"
     )
