@@ -109,8 +109,8 @@ def test_the_lag_is_that_of_a_filter_behind_a_ramp() -> None:
     ("estimate", "kind", "noise"),
     [
         (run, Ekf, None),
-        (run, Ekf, 0.01),
-        (smooth, Ekf, None),
+        pytest.param(run, Ekf, 0.01, marks=pytest.mark.long),
+        pytest.param(smooth, Ekf, None, marks=pytest.mark.long),
         pytest.param(run, Mhe, None, marks=pytest.mark.long),
     ],
     ids=["ekf", "noise declared", "smoothed", "mhe"],
