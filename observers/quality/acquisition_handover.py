@@ -8,6 +8,7 @@ from observers.layout import Expression, Layout, Parts, named
 from observers.measurement.measurement_model import CLEAN, ROWS, MeasurementModel
 from observers.measurement.torque_error import is_known
 from observers.quality.hypotheses_verdict import ALLOWED
+from observers.quality.innovation_gate import COUNTS
 from observers.udu import factor_of
 
 DECIDED = 0.15
@@ -92,9 +93,13 @@ def take_acquired(
             after["P_newest"][i, j] = after["P_newest"][j, i] = given[f"P_{one}_{other}"]
     if "samples" in after:
         after |= _empty_window(after)
+    streak = after["counts"][COUNTS.index("streak")]
     for name in ("counts", "monitor", "memory_sensitivity"):
         if name in after:
             after[name] = ca.MX(ca.DM.zeros(*after[name].shape))
+    if "psi" in states:
+        # Angles that all are rejected count on: after some, the estimated angle begins anew.
+        after["counts"][COUNTS.index("streak")] = streak
     return parts.join(after)
 
 

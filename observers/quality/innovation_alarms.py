@@ -16,10 +16,11 @@ beyond the gate count for neither.
 Friction that rises or falls steadily raises no alarm; the estimate follows it, late. How late, the
 innovations tell: with K nu the correction of ln mu and r the share of its variance that a sample takes,
 
-    l <- l + min(2, 1 / r) (K nu - r l)
+    l <- (1 - r)^2 l + 2 (1 - r) K nu
 
 is their mean over half of the estimator's own memory: 0 but for the deviation of ln mu where its walk is
-right, and the lag behind a ramp. ln mu is no surer than that, unless it is stated not to walk.
+right, the lag behind a ramp, and 0 after a sample from which all is learnt. ln mu is no surer than that,
+unless it is stated not to walk.
 """
 
 from functools import cache
@@ -34,10 +35,8 @@ from symbolic.casadi_functions import named_function
 
 MONITOR = ("rise", "fall", "squares", "samples", "lag")
 """Cumulative sums for a rise and a fall of mu, q and w of the consistency, and l; 0 at the start."""
-HASTE = 2.0
+HASTE = 2
 """Memory of the estimator over that of its lag [1]."""
-MIN_LEARNT = 1e-9
-"""Least divisor that is a share of variance [1]."""
 CHANGE = 0.5
 """Change of ln mu that is looked for [1]."""
 FORGETTING_SAMPLES = 20.0
@@ -80,8 +79,8 @@ def build_innovation_monitor(change: float = CHANGE) -> ca.Function:
     samples = older * past["samples"] + share
     inconsistent = ca.logic_and(samples >= MIN_SAMPLES, squares > limits["explained"] * samples)
     quiet = ca.logic_not(alarm)
-    haste = ca.fmin(HASTE, 1 / ca.fmax(learnt, MIN_LEARNT))
-    lag = past["lag"] + haste * (correction - learnt * past["lag"])
+    kept = 1 - learnt
+    lag = kept**HASTE * past["lag"] + HASTE * kept * correction
     outputs = {
         "alarm": alarm,
         "inconsistent": inconsistent,

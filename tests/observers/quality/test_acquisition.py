@@ -172,6 +172,28 @@ def test_friction_stays_usable_on_the_steering_torque(kind: Any) -> None:
     assert abs(estimates.mu[-1] - 0.3) < 2 * estimates.mu_std[-1]
 
 
+@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=LONG)])
+def test_an_estimated_angle_that_is_lost_begins_anew(kind: Any) -> None:
+    observer = kind(model=Model(), values={"k": K}, rig=RIG, measurement_model=SteeringTorque())
+    sample = Sample(psi=0.0, psi_dot=0.0, F_N=400.0, dt=0.01, M=0.0)
+    state = observer.step(observer.init(sample), sample)
+    lost = state.values.copy()
+    angle = observer.states.index("psi")
+    at, (rows, _) = state.layout.places["x"]
+    lost[at][angle::rows] = 1e6
+    if kind is Mhe:
+        lost[state.layout.places["mean"][0]][angle] = 1e6
+    state = replace(state, values=lost)
+    statuses = []
+    for _ in range(2 * observer.tuning.reset_after):
+        state = observer.step(state, sample)
+        statuses.append(Status(observer.estimate(state).status))
+
+    assert all(Status.ACQUIRING in status for status in statuses)
+    assert Status.RESET in statuses[observer.tuning.reset_after - 1]
+    assert state["x"].reshape(rows, -1, order="F")[angle, -1] == pytest.approx(0.0, abs=1e-3)
+
+
 @pytest.mark.parametrize("mu", [0.8, pytest.param(0.3, marks=LONG)])
 def test_turns_without_a_steering_torque_count(mu: float) -> None:
     """The wheel turns on and back where the torque is beyond its limit."""

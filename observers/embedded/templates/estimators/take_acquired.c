@@ -40,7 +40,9 @@ static void take_acquired(${name}_state_t *state, const ${real} *handed) {
     }
     state->factor[${entry.index}] = handed[${entry.at}]; %% for entry in handed_factor
 %% endif
-    fill_numbers(${own_state}counts, 0.0, ${counts});
+    fill_numbers(${own_state}counts, 0.0, ${counts}); %% if not advances_at_corrected_state
+    /* Angles that all are rejected count on: after some, the estimated angle begins anew. */
+    fill_numbers(&${own_state}counts[1], 0.0, ${counts} - 1); %% if advances_at_corrected_state
     fill_numbers(${own_state}monitor, 0.0, ${monitor});
     state->output[OUT_MU] = any_exp(handed[0]);
     forget_sensitivity(&state->patch, 0.0); %% if follows_mu
