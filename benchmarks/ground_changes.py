@@ -47,9 +47,9 @@ STEADY = ((0.5, 15.0), (2.0, 15.0), (0.5, 30.0), (2.0, 30.0), (0.5, 60.0), (2.0,
 STEADILY = ("exact", "drawn", "changing_ground", "noise", "mhe", "smooth", "M")
 """A rig as declared; then k, half-length, caster and load drawn from their tolerances, as in all others:
 another tuning, the sensor's noise declared as it is, the observer, and the steering torque."""
-STEADY_RUNS = 40
-HAND_RUNS, HAND_LENGTH, FIRST_SEED = {"M_z": 200, "M": 60}, 20.0, 680_000
-"""Recordings of each, their length [s] and the first seed; smaller ones were used to choose."""
+HAND_RUNS, STEADY_RUNS, HAND_LENGTH, FIRST_SEED = {"M_z": 200, "M": 60}, 40, 20.0, 680_000
+"""Recordings of each change, those of each steady one, the length of the first [s] and the first seed;
+smaller seeds were used to choose."""
 
 
 def changes(tuning: str) -> None:

@@ -98,7 +98,7 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
     share, quiet = independent * ca.logic_not(missing), accepted * ca.logic_not(reset)
     # An outlier is one to the estimate; to the reference, a change would be one.
     weight_left = weight * accepted * huber_weight(innovation, huber_scale, H_P_H)
-    correction, learnt = _correction(inputs["P"][:, at], at, H, H_P_H, weight_left, innovation)
+    correction, learnt = _log_mu_correction(inputs["P"][:, at], at, H, H_P_H, weight_left, innovation)
     alarm, inconsistent, monitor_next = build_innovation_monitor(change)(
         innovation, H[at], variance, share, quiet, ca.logic_not(reset) * correction,
         ca.fmax(reset, learnt), monitor[: len(MONITOR)], tuning,
@@ -126,10 +126,10 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
     return named_function("innovation", inputs, results)
 
 
-def _correction(
+def _log_mu_correction(
     P: ca.MX, at: int, H: ca.MX, H_P_H: ca.MX, weight: ca.MX, innovation: ca.MX
 ) -> tuple[ca.MX, ca.MX]:
-    """Of ln mu, by its column of the covariance; and the share of its variance that is taken."""
+    """Correction of ln mu, by its column of P [1]; share of its variance that the sample takes."""
     along = ca.dot(P, H)
     gain = along * weight / (1 + H_P_H * weight)
     return gain * innovation, gain * along / P[at]
