@@ -118,7 +118,7 @@ class RootObserver:
         Raises:
             InvalidInputError: the state is that of another observer, or NaN.
         """
-        state = self._turn(_own(state), sample)
+        state = self._with_inputs(_own(state), sample)
         if not (isfinite(state.rest) and isfinite(state.F_N)):
             return replace(state, M_z_predicted=nan, solved=False)
         torque = zone_torque_curve(turns_on_branch(state.zones, state.psi), state.F_N, self.k, self.rig)
@@ -158,7 +158,7 @@ class RootObserver:
             status=state.status,
         )
 
-    def _turn(self, state: ZoneRootState, sample: Sample) -> ZoneRootState:
+    def _with_inputs(self, state: ZoneRootState, sample: Sample) -> ZoneRootState:
         """Angle, load and zones at the sample, and what is missing from it."""
         status = Status.USED if abs(sample.M_z) < SENSIBLE else Status.MISSING
         psi, F_N, rest, zones = state.psi, state.F_N, state.rest, state.zones

@@ -114,8 +114,8 @@ class WindowFunctions:
     window: int
 
     @property
-    def model(self) -> MeasurementModel:
-        """What is measured."""
+    def measured(self) -> MeasurementModel:
+        """The observer's measurement model."""
         return self.patch.observer.measurement_model
 
     def all(self) -> list[ca.Function]:
@@ -127,14 +127,15 @@ class WindowFunctions:
 
     def symbols(self, *names: str) -> list[ca.MX]:
         """Symbols of these names, in their shapes."""
-        n, row = len(self.model.states), len(stored_rows(self.model))
+        n, row = len(self.measured.states), len(stored_rows(self.measured))
         shapes = {
             "sample": (len(SAMPLE), 1), "last": (len(CLEAN), 1), "now": (len(CLEAN), 1), "x": (n, 1),
             "mean": (n, 1), "factor": (n, n), "P": (n, n), "torque": (len(TORQUES), 1),
             "row": (row, 1), "after": (row, 1), "counts": (len(COUNTS), 1),
-            "monitor": (len(change_monitor_fields(self.model)), 1),
-            "eliminated": (elimination_layout(self.model).size, 1), "costate": (n, 1), "newest": (n, 1),
-            "test": (len(test_outputs(self.model)), 1), "age": (1, 1), "imputed": (1, 1),
+            "monitor": (len(change_monitor_fields(self.measured)), 1),
+            "eliminated": (elimination_layout(self.measured).size, 1), "costate": (n, 1),
+            "newest": (n, 1),
+            "test": (len(test_outputs(self.measured)), 1), "age": (1, 1), "imputed": (1, 1),
             "slide": (2, 1),
             "theta": (len(self.patch.torque_model.coordinates), 1), "rig": (len(RIG), 1),
             "tuning": (len(TUNING_FIELDS), 1),
@@ -143,32 +144,34 @@ class WindowFunctions:
 
     def full_row(self, row: ca.MX) -> ca.MX:
         """The stored numbers at their places in `ROWS`; the others are 0, as nothing here uses them."""
-        stored = named(stored_rows(self.model), row)
+        stored = named(stored_rows(self.measured), row)
         full: ca.MX = ca.vertcat(*(stored.get(name, 0) for name in ROWS))
         return full
 
     def torque(self, torque: ca.MX, x: ca.MX) -> tuple[ca.MX, ca.MX]:
         """M_z and its slopes by the states."""
         parts = named(TORQUES, torque)
-        slopes = ca.vertcat(*(parts[TORQUE[name]] for name in slope_states(self.model)))
-        return parts["M_Z"], slopes_by_states(self.model, slopes, x)
+        slopes = ca.vertcat(*(parts[TORQUE[name]] for name in slope_states(self.measured)))
+        return parts["M_Z"], slopes_by_states(self.measured, slopes, x)
 
     def begin(self) -> ca.Function:
         """(sample) -> mean, factor, last."""
-        n = len(self.model.states)
+        n = len(self.measured.states)
         parts = Layout.of(mean=n, factor=(n, n), last=len(CLEAN))
         return begin_estimator("begin_window", self.patch, parts, {name: name for name in parts.places})
 
     def limit(self) -> ca.Function:
         """(x) -> within bounds."""
         x, tuning = self.symbols("x", "tuning")
-        return function_of_symbols("limit", [x, tuning], limited=clip_to_bounds(self.model, x, tuning))
+        return function_of_symbols(
+            "limit", [x, tuning], limited=clip_to_bounds(self.measured, x, tuning)
+        )
 
     def predict(self) -> ca.Function:
         """(x, torque, P, last, now) -> newest, P at it."""
         names = ("x", "torque", "P", "last", "now", "rig", "tuning")
         x, torque, P, last, now, rig, tuning = inputs = self.symbols(*names)
-        predict = build_state_prediction(self.model)
+        predict = build_state_prediction(self.measured)
         newest, P_newest, _ = predict(x, P, *self.torque(torque, x), last, now, rig, tuning)
         return function_of_symbols("predict", inputs, newest=newest, P_newest=P_newest)
 
@@ -176,18 +179,18 @@ class WindowFunctions:
         """(newest, torque, now, P, counts, monitor) -> test, counts, monitor."""
         names = ("newest", "torque", "now", "P", "counts", "monitor", "rig", "tuning")
         newest, torque, now, P, counts, monitor, rig, tuning = inputs = self.symbols(*names)
-        innovation = build_innovation_test(self.model)
+        innovation = build_innovation_test(self.measured)
         results = outputs_of(
             innovation, newest, P, *self.torque(torque, newest), now, counts, monitor, rig, tuning
         )
-        test = ca.vertcat(*(results[name] for name in test_outputs(self.model)))
+        test = ca.vertcat(*(results[name] for name in test_outputs(self.measured)))
         after = {name: results[name] for name in ("counts_next", "monitor_next")}
         return function_of_symbols("test_innovation", inputs, test=test, **after)
 
     def accept(self) -> ca.Function:
         """(row, age, test) -> accepted, jump."""
         row, age, test, tuning = inputs = self.symbols("row", "age", "test", "tuning")
-        stored, three = named(stored_rows(self.model), row), test[: TEST.index("run") + 1]
+        stored, three = named(stored_rows(self.measured), row), test[: TEST.index("run") + 1]
         unknown = log_mu_variance_between_grounds(named(TUNING_FIELDS, tuning))
         accepted, jump = build_acceptance_update()(
             stored["accepted"], stored["jump"], age, three, unknown
@@ -197,7 +200,7 @@ class WindowFunctions:
     def reset_arrival(self) -> ca.Function:
         """(test) -> increment of the arrival's variance of ln mu."""
         test, tuning = inputs = self.symbols("test", "tuning")
-        result = named(test_outputs(self.model), test)
+        result = named(test_outputs(self.measured), test)
         unknown = log_mu_variance_between_grounds(named(TUNING_FIELDS, tuning))
         jump = arrival_variance_increment(self.window, result["reset"], result["run"], unknown)
         return function_of_symbols("reset_arrival", inputs, jump=jump)
@@ -206,38 +209,38 @@ class WindowFunctions:
         """(mean, factor, x, torque, row, after) -> mean, factor, eliminated."""
         names = ("mean", "factor", "x", "torque", "row", "after", "rig", "tuning")
         mean, factor, x, torque, row, after, rig, tuning = inputs = self.symbols(*names)
-        forward = build_filter_step(self.model)
+        forward = build_filter_step(self.measured)
         rows, (M_z, slopes) = (self.full_row(r) for r in (row, after)), self.torque(torque, x)
         results = outputs_of(forward, mean, factor, x, M_z, slopes, *rows, rig, tuning)
         results["slopes"] = slopes
         return function_of_symbols(
             "forward", inputs, mean_next=results["mean_next"], factor_next=results["factor_next"],
-            eliminated=elimination_layout(self.model).join(results),
+            eliminated=elimination_layout(self.measured).join(results),
         )  # fmt: skip
 
     def substitute_back(self) -> ca.Function:
         """(costate, eliminated, row, after) -> costate before, smoothed x within bounds."""
         names = ("costate", "eliminated", "row", "after", "rig", "tuning")
         costate, eliminated, row, after, rig, tuning = inputs = self.symbols(*names)
-        parts = elimination_layout(self.model).split(eliminated)
+        parts = elimination_layout(self.measured).split(eliminated)
         # The motion is cheaper to compute again than to store with every sample.
         now, now_next = (self.full_row(vector)[: len(CLEAN)] for vector in (row, after))
-        motion = build_linearised_motion(self.model)
-        slopes = parts.pop("slopes", ca.DM.zeros(len(slope_states(self.model))))
+        motion = build_linearised_motion(self.measured)
+        slopes = parts.pop("slopes", ca.DM.zeros(len(slope_states(self.measured))))
         _, A, _, _ = motion(parts["filtered"], 0, slopes, now, now_next, rig, tuning)
-        before, smoothed = build_smoother_step(self.model)(costate, *parts.values(), A, tuning)
+        before, smoothed = build_smoother_step(self.measured)(costate, *parts.values(), A, tuning)
         return function_of_symbols("backward", inputs, costate_before=before, smoothed=smoothed)
 
     def output(self) -> ca.Function:
         """(x, P, newest, now, test, imputed, slide) -> output."""
         names = ("x", "P", "newest", "now", "test", "imputed", "slide", "theta", "rig", "tuning")
         x, P, newest, now, test, imputed, slide, theta, rig, tuning = inputs = self.symbols(*names)
-        model, result = self.patch.torque_model, named(test_outputs(self.model), test)
+        model, result = self.patch.torque_model, named(test_outputs(self.measured), test)
         memory = model.layout.join(memory_with_slide_only(self.patch, slide))
         sample = StepSample(
-            model=model, measurement_model=self.model, now=now, imputed=imputed, theta=theta, rig=rig,
+            model=model, measurement_model=self.measured, now=now, imputed=imputed, theta=theta, rig=rig,
             tuning=tuning,
         )  # fmt: skip
-        unsettled = has_not_converged(self.model, x, newest, P)
+        unsettled = has_not_converged(self.measured, x, newest, P)
         output = sample.output(x, P, memory, result["expected"], result, unsettled=unsettled)
         return function_of_symbols("step_output", inputs, result=output)

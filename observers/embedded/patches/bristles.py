@@ -56,7 +56,7 @@ def bristle_patch_code(observer: ModelObserver, real: Real) -> PatchCode:
     table = bristle_constants(effects, terms)
     by_k = terms["by_k"]
     arrays = (2 + by_k) * len(terms["parts"]) + terms["compliant"]
-    numbers = effects.own + 4 + by_k + terms["compliant"] * (5 + 3 * by_k + terms["relaxation"])
+    numbers = effects.memory_size + 4 + by_k + terms["compliant"] * (5 + 3 * by_k + terms["relaxation"])
     kept = ["M_z", "by_mu", "mu", *(("by_k", "stiffness", "nominal") if by_k else ())]
     kept += ["angle", "by_angle"] if angle_is_state(observer.measurement_model) else []
     tried = tried_bristles_code(table, terms["coarse"], real) if terms["coarse"] else ""
@@ -85,7 +85,8 @@ def bristle_placeholders(effects: PatchEffects, real: Real) -> dict[str, Any]:
     creep = 0.0 if traits.creep is None else float(traits.creep)
     slide = patch.effective_friction(effects.inputs(speed=rig.slide_rate))
     return {
-        "bristles": patch.bristles, "rig_at_run_time": False, "effects": True, "own": effects.own,
+        "bristles": patch.bristles, "rig_at_run_time": False, "effects": True,
+        "own": effects.memory_size,
         "angle_is_state": angle_is_state(effects.observer.measurement_model),
         "by_k": "stiffness" in effects.observer.states, "parts": ["q", *["branch"] * branched],
         "a": repr(float(rig.a)), "terms": TERMS,

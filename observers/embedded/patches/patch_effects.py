@@ -47,7 +47,7 @@ class PatchEffects:
         return patch_of(self.model, self.theta)
 
     @property
-    def own(self) -> int:
+    def memory_size(self) -> int:
         """Length of the effects' own memories."""
         return sum(effect.memory for effect in self.model.effects)
 
@@ -60,7 +60,7 @@ class PatchEffects:
     def sample_terms(self) -> ca.Function:
         """(signals, own) -> (terms, own_next): what the effects make of a sample."""
         model, rig = self.model, self.observer.rig
-        signals, own = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("own", self.own)
+        signals, own = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("own", self.memory_size)
         theta = ca.MX.sym("theta", self.theta.numel())
         memory = ca.vertcat(ca.MX.zeros(1 + model.patch().size), own)
         at_patch, memories, factor = sample_at_the_patch(model, model.split(memory)[2], signals, theta)
