@@ -224,10 +224,8 @@ def found_kingpin(
     effect: FoundEffect, fitted: Fit, recordings: Sequence[Recording]
 ) -> tuple[str, float | None]:
     """What an effect says of a car's kingpin, and the inclination to declare [rad], None for none."""
-    stiffness, car = (
-        effect.parameters.get("stiffness"),
-        recordings[0].standstills if recordings else None,
-    )
+    stiffness = effect.parameters.get("stiffness")
+    car = recordings[0].standstills if recordings else None
     if stiffness is None or car is None:
         return "", None
     label = (recordings[0].name, "return_share")
