@@ -10,6 +10,7 @@ from identification.fits.fitting import last_effect_at_bound
 from identification.fits.parameter_values import Values
 from identification.reading.recordings import Recording
 from identification.selection.criteria import (
+    CLEAR_BIC,
     Comparison,
     SelectionCriteria,
     delta_bic,
@@ -23,9 +24,8 @@ from identification.selection.trial import RANKING, Precision, Trial
 from identification.selection.trial_runner import Effects, TrialRunner, start_values
 from symbolic import Effect
 
-DEMANDED, FIRSTS = -6.0, 2
-"""Change of the information criterion that is strong evidence (Kass and Raftery, JASA 90 (1995) 773);
-most effects with such a change that partners are sought for."""
+FIRSTS = 2
+"""Most effects with clear evidence by the information criterion that partners are sought for."""
 CLEAR_OF_PAIR = 3.0
 """Standard errors by which the judged error has to fall, as every pair is one more chance."""
 
@@ -167,7 +167,7 @@ def promising_pairs(alone: SearchStep, training: Sequence[Recording]) -> list[Ef
         for t in alone.trials
         if t.effects[:-1] == present and not family_already_present(t.effects)
     }
-    firsts = sorted((e for e in changes if changes[e] < DEMANDED), key=lambda e: changes[e])[:FIRSTS]
+    firsts = sorted((e for e in changes if changes[e] < CLEAR_BIC), key=lambda e: changes[e])[:FIRSTS]
     pairs = [
         (*present, first, e)
         for i, first in enumerate(firsts)
