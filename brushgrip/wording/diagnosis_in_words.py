@@ -16,8 +16,9 @@ from brushgrip.wording.formatting import (
 )
 from identification import Diagnosis, FoundEffect, FoundModel, ParameterEstimate
 from identification.diagnosis.declared_values import says_declared_value_is_off
-from identification.diagnosis.graded_effects import CLEAR_BIC, CLEAR_ERRORS, UNRECORDED_LOAD
+from identification.diagnosis.graded_effects import CLEAR_ERRORS, UNRECORDED_LOAD
 from identification.experiments.proposed_experiment import Proposal
+from identification.selection.criteria import CLEAR_BIC
 
 GRADES: Mapping[str, str] = {
     "strong": "likely",

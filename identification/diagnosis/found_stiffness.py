@@ -36,38 +36,31 @@ class FoundStiffness:
     assumed: bool
     several: bool = False
 
+    @property
+    def ratio(self) -> float:
+        """The stiffness found over the declared one [1]; 1 within its tolerance."""
+        within = max(self.tolerance, AT_BOUND * self.declared)
+        return self.found / self.declared if abs(self.found - self.declared) > within else 1.0
+
+
+def stiffness_of(k: float, recording: Recording) -> FoundStiffness:
+    """A found stiffness [N/m^2] beside that of a recording, with the usual tolerance for none."""
+    declared, tolerance = recording.tyre.k, recording.rig.tolerances.k
+    assumed = tolerance is None
+    known = USUAL["k"] * declared if tolerance is None else tolerance
+    return FoundStiffness(found=float(k), declared=declared, tolerance=known, assumed=assumed)
+
 
 def stiffness_beside_declared(fitted: Fit, recordings: Sequence[Recording]) -> FoundStiffness:
     """That of these recordings."""
-    known = {
-        FoundStiffness(
-            found=float(fitted.values.of(recording)["k"]),
-            declared=recording.tyre.k,
-            tolerance=_tolerance(recording),
-            assumed=recording.rig.tolerances.k is None,
-        ): None
-        for recording in recordings
-    }
+    known = dict.fromkeys(stiffness_of(fitted.values.of(one)["k"], one) for one in recordings)
     farthest = max(known, key=lambda one: abs(float(np.log(one.found / one.declared))))
     return replace(farthest, several=len(known) > 1)
 
 
-def _tolerance(recording: Recording) -> float:
-    """Of the declared stiffness, the usual one where none is declared [N/m^2]."""
-    tolerance = recording.rig.tolerances.k
-    return USUAL["k"] * recording.tyre.k if tolerance is None else tolerance
-
-
-def stiffness_ratio(k: float, recording: Recording) -> float:
-    """A found stiffness [N/m^2] over the declared one [1]; 1 within its tolerance."""
-    declared = recording.tyre.k
-    within = max(_tolerance(recording), AT_BOUND * declared)
-    return float(k / declared) if abs(k - declared) > within else 1.0
-
-
 def farthest_stiffness_ratio(fitted: Fit, recordings: Sequence[Recording]) -> float:
     """That of these recordings which is farthest from 1 either way [1]."""
-    ratios = [stiffness_ratio(fitted.values.of(recording)["k"], recording) for recording in recordings]
+    ratios = [stiffness_of(fitted.values.of(one)["k"], one).ratio for one in recordings]
     return max(ratios, key=lambda ratio: max(ratio, 1 / ratio))
 
 
@@ -78,7 +71,7 @@ def stiffness_note(k: float, recording: Recording) -> str:
     grows no faster than a. So a wrong a moves mu by the cube root of the ratio of k at most. What is in
     series with a car's tyres lowers k, and leaves full slide as it is.
     """
-    ratio, declared = stiffness_ratio(k, recording), recording.tyre.k
+    ratio, declared = stiffness_of(k, recording).ratio, recording.tyre.k
     if ratio == 1:
         return ""
     factor = max(ratio, 1 / ratio)

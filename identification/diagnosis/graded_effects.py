@@ -14,6 +14,7 @@ from identification.fits.fitting import Fit, parameters_at_bounds
 from identification.fits.parameter_values import ParameterEstimate
 from identification.reading.recordings import Recording
 from identification.selection.criteria import (
+    CLEAR_BIC,
     DEFAULT_CRITERIA,
     delta_bic,
     error_reduction,
@@ -27,8 +28,6 @@ from symbolic import USUAL, Effect, Scope, parameter_name
 CLEAR_ERRORS = 3.0
 """Standard errors by which the judged error has to fall, and deviations that a parameter has to be off
 its neutral value, for a finding."""
-CLEAR_BIC = -6.0
-"""Change of the information criterion that is strong evidence (Kass and Raftery, JASA 90 (1995) 773)."""
 ASSUMED = "assumed, as nobody declared a tolerance"
 """How the note on what counts as known within the usual tolerance begins."""
 UNRECORDED_LOAD = "unrecorded_load"
@@ -224,10 +223,8 @@ def found_kingpin(
     effect: FoundEffect, fitted: Fit, recordings: Sequence[Recording]
 ) -> tuple[str, float | None]:
     """What an effect says of a car's kingpin, and the inclination to declare [rad], None for none."""
-    stiffness, car = (
-        effect.parameters.get("stiffness"),
-        recordings[0].standstills if recordings else None,
-    )
+    stiffness = effect.parameters.get("stiffness")
+    car = recordings[0].standstills if recordings else None
     if stiffness is None or car is None:
         return "", None
     label = (recordings[0].name, "return_share")

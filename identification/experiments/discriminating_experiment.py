@@ -1,9 +1,9 @@
 """The experiment that would distinguish two effects which the recordings cannot.
 
-T-optimal design (Atkinson and Fedorov, Biometrika 62 (1975) 57): take one model for true, refit the
-rival to its torque, and choose the manoeuvre with the largest remaining difference. The rival's refit is
-penalised for its error in the recordings at hand, as when all are fitted together; these enter to first
-order, through the Jacobian of its fit.
+T-optimal design [Atkinson 1975]: take one model for true, refit the rival to its torque, and choose the
+manoeuvre with the largest remaining difference. The rival's refit is penalised for its error in the
+recordings at hand, as when all are fitted together; these enter to first order, through the Jacobian of
+its fit.
 """
 
 from collections.abc import Sequence

@@ -9,9 +9,7 @@ from identification.experiments.sampled_manoeuvre import (
     ManoeuvreLeg,
     RecordedRange,
     SampledManoeuvre,
-    angles_in_words,
     sampled_manoeuvre,
-    turning_legs,
 )
 
 Cycles = dict[str, list[ManoeuvreLeg]]
@@ -36,13 +34,11 @@ def _sweeps(reach: RecordedRange) -> Cycles:
     """Sweeps to both ends, to one, fast or slow throughout."""
     fast = reach.speed
     return {
-        f"sweep {angles_in_words(reach)} at {fast:.2g} rad/s": turning_legs(reach, [1, -1], fast),
+        f"sweep {reach.words()} at {fast:.2g} rad/s": reach.turns([1, -1], fast),
         f"turn to and fro between {reach.centre:.2f} and {reach.high:.2f} rad at {fast / 2:.2g} rad/s": (
-            turning_legs(reach, [1, 0], fast / 2)
+            reach.turns([1, 0], fast / 2)
         ),
-        f"sweep {angles_in_words(reach, 0.5)} at {fast / 8:.2g} rad/s": turning_legs(
-            reach, [0.5, -0.5], fast / 8
-        ),
+        f"sweep {reach.words(0.5)} at {fast / 8:.2g} rad/s": reach.turns([0.5, -0.5], fast / 8),
     }
 
 
@@ -56,26 +52,26 @@ def _speeds(reach: RecordedRange) -> Cycles:
         leg
         for sign in (1.0, -1.0)
         for (start, to), pace in zip(pairwise(places), paces, strict=True)
-        for leg in turning_legs(reach, [sign * to], pace, sign * start)
+        for leg in reach.turns([sign * to], pace, sign * start)
     ]
     slow = min(max(slowest, 4 * reach.amplitude / (LENGTH / 2)), fast / 4)
     many = max(1, int(LENGTH / 2 * fast / (4 * reach.amplitude)))
-    angles = angles_in_words(reach)
+    angles = reach.words()
     return {
         f"sweep {angles}, {many} to and fro at {fast:.2g} rad/s and one at {slow:.2g} rad/s": [
-            *many * turning_legs(reach, [1, -1], fast),
-            *turning_legs(reach, [1, -1], slow),
+            *many * reach.turns([1, -1], fast),
+            *reach.turns([1, -1], slow),
         ],
-        f"sweep {angles_in_words(reach, 0.5)}, each time slower, from {fast:.2g} to {slowest:.2g} rad/s"
-        f" (the last one {angles_in_words(reach, 0.3)})": [
-            leg for share, speed in ladder for leg in turning_legs(reach, [share, -share], speed)
+        f"sweep {reach.words(0.5)}, each time slower, from {fast:.2g} to {slowest:.2g} rad/s"
+        f" (the last one {reach.words(0.3)})": [
+            leg for share, speed in ladder for leg in reach.turns([share, -share], speed)
         ],
-        f"sweep {angles_in_words(reach)} at {fast:.2g} rad/s and, while the patch slides, slow down to"
+        f"sweep {reach.words()} at {fast:.2g} rad/s and, while the patch slides, slow down to"
         f" {slowest:.2g} rad/s for {0.15 * reach.amplitude:.2g} rad twice in each sweep": changing,
         f"turn to {reach.high:.2f} rad at {fast:.2g} rad/s and back to {reach.low:.2f} rad at"
         f" {fast / 6:.2g} rad/s": [
-            *turning_legs(reach, [1], fast, -1.0),
-            *turning_legs(reach, [-1], fast / 6, 1.0),
+            *reach.turns([1], fast, -1.0),
+            *reach.turns([-1], fast / 6, 1.0),
         ],
     }
 
@@ -84,14 +80,14 @@ def _rests(reach: RecordedRange) -> Cycles:
     """Turn, hold, turn."""
     fast, stairs = reach.speed, [0.0, 0.5, 1.0, 0.5, 0.0, -0.5, -1.0, -0.5, 0.0]
     return {
-        f"sweep {angles_in_words(reach)} at {fast:.2g} rad/s with rests of 3 s at either end": (
+        f"sweep {reach.words()} at {fast:.2g} rad/s with rests of 3 s at either end": (
             _to_and_fro(reach, 3.0)
         ),
-        f"turn in steps of {0.5 * reach.amplitude:.2g} rad {angles_in_words(reach)} at {fast:.2g} rad/s,"
+        f"turn in steps of {0.5 * reach.amplitude:.2g} rad {reach.words()} at {fast:.2g} rad/s,"
         " resting 1.5 s after each": [
             leg
             for start, to in pairwise(stairs)
-            for leg in (*turning_legs(reach, [to], fast, start), ManoeuvreLeg(to, 1.5))
+            for leg in (*reach.turns([to], fast, start), ManoeuvreLeg(to, 1.5))
         ],
     }
 
@@ -106,22 +102,20 @@ def _loops(reach: RecordedRange) -> Cycles:
     slide = [-1 + 0.25 * i + back for i in range(1, 9) for back in (0.0, -0.15)]
     about = {
         f"oscillate by ±{share * size:.2g} rad, {times} times about each of {places} rad, {pace}": (
-            turning_legs(
-                reach, [c + sign * share for c in centres for sign in times * [1, -1]], fast / 2
-            )
+            reach.turns([c + sign * share for c in centres for sign in times * [1, -1]], fast / 2)
         )
         for share, times in ((0.07, 8), (0.2, 4))
     }
     return about | {
         f"oscillate with an amplitude that grows from {0.05 * size:.2g} to {size:.2g} rad {pace}": (
-            turning_legs(reach, [*growing, 0.0], fast / 2)
+            reach.turns([*growing, 0.0], fast / 2)
         ),
         f"oscillate with an amplitude that shrinks from {size:.2g} to {0.05 * size:.2g} rad {pace}": (
-            turning_legs(reach, [*growing[::-1], 0.0], fast / 2)
+            reach.turns([*growing[::-1], 0.0], fast / 2)
         ),
         f"slide from {reach.low:.2f} to {reach.high:.2f} rad, turning back by {0.15 * size:.2g} rad"
         f" after every {0.25 * size:.2g} rad, at up to {fast:.2g} rad/s": (
-            turning_legs(reach, [*slide[:-1], -1.0], fast)
+            reach.turns([*slide[:-1], -1.0], fast)
         ),
     }
 
@@ -131,16 +125,14 @@ def _loadings(reach: RecordedRange) -> Cycles:
     fast, (light, _, heavy) = reach.speed, reach.loads
     loads = f"load in steps of {LOAD_STEP:g} s between {light:.0f} and {heavy:.0f} N"
     return {
-        f"sweep {angles_in_words(reach)} at {fast:.2g} rad/s with rests of 6 s at either end, {loads}": (
+        f"sweep {reach.words()} at {fast:.2g} rad/s with rests of 6 s at either end, {loads}": (
             _to_and_fro(reach, 6.0)
         ),
-        f"sweep {angles_in_words(reach)} at {fast / 2:.2g} rad/s, {loads}": turning_legs(
-            reach, [1, -1], fast / 2
-        ),
+        f"sweep {reach.words()} at {fast / 2:.2g} rad/s, {loads}": reach.turns([1, -1], fast / 2),
     }
 
 
 def _to_and_fro(reach: RecordedRange, rest: float) -> list[ManoeuvreLeg]:
     """A sweep to both ends with a rest [s] at either."""
-    to, fro = turning_legs(reach, [1], reach.speed, -1.0), turning_legs(reach, [-1], reach.speed, 1.0)
+    to, fro = reach.turns([1], reach.speed, -1.0), reach.turns([-1], reach.speed, 1.0)
     return [*to, ManoeuvreLeg(1, rest), *fro, ManoeuvreLeg(-1, rest)]

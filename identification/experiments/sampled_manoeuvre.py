@@ -31,6 +31,13 @@ _LOADED = (0.01, 0.99)
 """Least and greatest load are these quantiles of the loads recorded."""
 
 
+class ManoeuvreLeg(NamedTuple):
+    """A turn to an angle, from their middle as a share of the amplitude [1], or a rest there."""
+
+    share: float
+    seconds: float
+
+
 @dataclass(frozen=True, kw_only=True)
 class RecordedRange:
     """Least and greatest angle [rad], fastest turning [rad/s]; least, usual and greatest load [N]."""
@@ -54,6 +61,21 @@ class RecordedRange:
     def amplitude(self) -> float:
         """Half the range of angles [rad]."""
         return (self.high - self.low) / 2
+
+    def words(self, share: float = 1.0) -> str:
+        """An interval about the middle of the angles, in words."""
+        low, high = (self.centre + sign * share * self.amplitude for sign in (-1, 1))
+        return f"between {low:.2f} and {high:.2f} rad"
+
+    def turns(
+        self, shares: Sequence[float], speed: float, start: float | None = None
+    ) -> list[ManoeuvreLeg]:
+        """Turns to shares of the amplitude at a speed [rad/s], from a start or, in a cycle, the last."""
+        first = shares[-1] if start is None else start
+        return [
+            ManoeuvreLeg(to, max(abs(to - before) * self.amplitude / speed, _QUICKEST))
+            for before, to in pairwise([first, *shares])
+        ]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -99,24 +121,6 @@ def recorded_range(recordings: Sequence[Recording]) -> RecordedRange:
     )
 
 
-class ManoeuvreLeg(NamedTuple):
-    """A turn to an angle, from their middle as a share of the amplitude [1], or a rest there."""
-
-    share: float
-    seconds: float
-
-
-def turning_legs(
-    reach: RecordedRange, shares: Sequence[float], speed: float, start: float | None = None
-) -> list[ManoeuvreLeg]:
-    """Turns to shares of the amplitude at a speed [rad/s], from a start or, in a cycle, the last."""
-    first = shares[-1] if start is None else start
-    return [
-        ManoeuvreLeg(to, max(abs(to - before) * reach.amplitude / speed, _QUICKEST))
-        for before, to in pairwise([first, *shares])
-    ]
-
-
 def sampled_manoeuvre(
     reach: RecordedRange,
     instruction: str,
@@ -130,7 +134,7 @@ def sampled_manoeuvre(
     ends. The load goes from the least to the greatest and back after every `load_step` [s], if given.
     """
     lasts = sum(leg.seconds for leg in _with_stops([*cycle, cycle[0]])) - cycle[0].seconds
-    begin = turning_legs(reach, [cycle[-1].share], reach.speed, 0.0)
+    begin = reach.turns([cycle[-1].share], reach.speed, 0.0)
     cycles, end = max(1, round(LENGTH / lasts)) * list(cycle), ManoeuvreLeg(cycle[-1].share, 0.5)
     legs = _with_stops([ManoeuvreLeg(0, 0.5), *begin, *cycles, end])
     corners = np.cumsum([0.0, *(leg.seconds for leg in legs)])
@@ -169,9 +173,3 @@ def _softened(steps: Array) -> Array:
     window = np.hanning(2 * half + 3)[1:-1]
     padded = np.pad(steps, half, mode="edge")
     return np.convolve(padded, window / window.sum(), mode="valid")
-
-
-def angles_in_words(reach: RecordedRange, share: float = 1.0) -> str:
-    """An interval about the middle of the angles, in words."""
-    low, high = (reach.centre + sign * share * reach.amplitude for sign in (-1, 1))
-    return f"between {low:.2f} and {high:.2f} rad"

@@ -8,7 +8,7 @@
       |                                  `ChannelSamples`, with their unit and, if any, a clock
       |         channels_by_name         which is which column, as a map or its name says (signal_map)
       |         common_clock_and_units   columns in SI (units) and on one clock
-    Table       table                    the checks of every sample, the first fault by its place
+    Table       sample_table             the checks of every sample, the first fault by its place
       |
       |         rigfile                  values that the file declares, else those of the rig file
       |         steering_rate            the yaw rate where none was recorded

@@ -30,6 +30,7 @@ _WAYS = ("psi", "rack", "handwheel")
 """Columns of torque or force, and of angle or way, the first one there sets the clock."""
 _GAP = 5.0
 """Periods of a channel beyond which it is not interpolated."""
+_BY_NAME, _BY_FILE = "units by the names; a map overrides them", "units as the file gives them"
 
 
 def table_from_channels(
@@ -54,25 +55,21 @@ def table_from_channels(
         if "t" not in names:
             raise missing_channels(path, ["t"], file.names, signals, file.read)
         read = {"t": _with_unit("t", names["t"], file.read(names["t"])), **read}
-    sources, in_si, by_name = dict[str, SignalSource](), dict[str, ChannelSamples](), list[str]()
-    by_file = list[str]()
+    sources, in_si = dict[str, SignalSource](), dict[str, ChannelSamples]()
+    remarks: dict[str, list[str]] = {_BY_NAME: [], _BY_FILE: []}
     for column, samples in read.items():
         source = signals.of(column, name_without_unit(names[column]))
         with prefix_errors(f"{path}: {names[column]}"):
             is_date = np.asarray(samples.values).dtype.kind in "mM"
             source, taken = (source, "") if is_date else unit_by_name(column, source, samples.unit)
             in_si[column] = replace(samples, values=_in_si(column, samples, source))
-        by_name += [taken] * bool(taken)
+        remarks[_BY_NAME] += [taken] * bool(taken)
         if source.unit is None and samples.unit and factor_of(column, samples.unit) not in (None, 1.0):
-            by_file.append(f"{name_without_unit(names[column])} in {samples.unit}")
+            remarks[_BY_FILE].append(f"{name_without_unit(names[column])} in {samples.unit}")
         if column in ANGLES and source.unit is None:
             # So that a message asks for no unit that the file gives.
             source = replace(source, unit=samples.unit or None)
         sources[column] = source
-    remarks = {"units by the names; a map overrides them": by_name} if by_name else {}
-    if by_file:
-        remarks["units as the file gives them"] = by_file
-    for column, samples in read.items():
         if samples.remark:
             remarks.setdefault(samples.remark, []).append(names[column])
     columns = _on_one_clock(path, in_si) if own_clocks else {c: s.values for c, s in in_si.items()}
@@ -83,7 +80,7 @@ def table_from_channels(
         place=lambda of: f"sample {of + 1}" if isinstance(of, int) else f"scalar {of}",
         sources=sources,
         names=tuple(file.names),
-        remarks=[f"{', '.join(channels)}: {remark}" for remark, channels in remarks.items()],
+        remarks=[f"{', '.join(channels)}: {remark}" for remark, channels in remarks.items() if channels],
     )
 
 

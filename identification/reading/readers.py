@@ -2,7 +2,6 @@
 
 import logging
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -46,18 +45,7 @@ class Reader(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class MappedReader:
-    """A reader that finds the channels of a map itself."""
-
-    read: Callable[[Path, Sequence[str], SignalMap], Table]
-
-    def __call__(self, path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP, /) -> Table:
-        """Read the table of a file; see `Reader`."""
-        return self.read(path, needed, signals)
-
-
-def _read_matlab(path: Path, needed: Sequence[str], signals: SignalMap) -> Table:
+def _read_matlab(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> Table:
     """MATLAB 5 by our own parser, MATLAB 7.3 by that of HDF5."""
     if not is_hdf5(path):
         return read_mat(path, needed, signals)
@@ -81,10 +69,10 @@ _FORMATS = {
 PLAIN = (".csv", ".txt", ".tsv")
 READERS: Mapping[str, Reader] = MappingProxyType(
     {
-        ".mat": MappedReader(_read_matlab),
-        **dict.fromkeys(PLAIN, MappedReader(read_csv)),
+        ".mat": _read_matlab,
+        **dict.fromkeys(PLAIN, read_csv),
         **{
-            suffix: MappedReader(partial(read_format, opener))
+            suffix: partial(read_format, opener)
             for opener, suffixes in _FORMATS.values()
             for suffix in suffixes
         },
@@ -97,7 +85,7 @@ def read_table(
     path: Path, needed: Sequence[str], readers: Mapping[str, Reader], signals: SignalMap = NO_MAP
 ) -> Table:
     """The table by the reader of the file's suffix, CSV without one, after `require_valid_samples`."""
-    reader = readers.get(path.suffix.lower() or ".csv")
+    reader: Callable[..., Table] | None = readers.get(path.suffix.lower() or ".csv")
     if reader is None:
         require_readable(path)  # A missing file has another remedy than an unknown format.
         extras = [f"pip install 'brushgrip[{e}]' for {', '.join(s)}" for e, (_, s) in _FORMATS.items()]
@@ -106,7 +94,7 @@ def read_table(
             f"{path}: unknown format {path.suffix!r}; known are {', '.join(sorted(others))};"
             f" {'; '.join(extras)}"
         )
-    if isinstance(reader, MappedReader):
+    if reader in READERS.values():  # These find the channels of a map themselves.
         table = reader(path, needed, signals)
     else:
         table = reader(path, needed)

@@ -26,7 +26,7 @@ class SelectionCriteria:
         gain_standard_errors: standard errors of the paired test by which that error has to fall [1].
         clear: standard errors by which two models have to differ to be distinguished [1].
         strong: rise of the information criterion that held-out recordings may outweigh; 6 is where
-            evidence is strong (Kass and Raftery, JASA 90 (1995) 773), 0 where it has to fall [1].
+            evidence is strong, see `CLEAR_BIC`, 0 where it has to fall [1].
         block: length of the blocks in which residuals are taken as independent [s].
         long_block: length that outlasts the correlation of a real tyre's residual [s].
         runners_up: candidates fitted to the whole recordings where the best is not confirmed there.
@@ -77,6 +77,8 @@ class Comparison:
     declared: Trial  # The declared structure on the whole recordings.
 
 
+CLEAR_BIC = -6.0
+"""Change of the information criterion that is strong evidence [Kass 1995]."""
 LOAD_CHANGES = 1.01
 """Greatest over least load from which on a load changes [1]."""
 WHITE = 1.3

@@ -1,20 +1,33 @@
-"""A step of the search: models that it may go to, what was tried, chosen, and does as well."""
+"""A step of the search: models that it may go to, what was tried, chosen, and does as well.
+
+Where no effect is worth adding alone, two may be worth adding together.
+"""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from identification.fits.fitting import last_effect_at_bound
 from identification.fits.parameter_values import Values
+from identification.reading.recordings import Recording
 from identification.selection.criteria import (
+    CLEAR_BIC,
     Comparison,
     SelectionCriteria,
+    delta_bic,
     distinguishable,
+    error_reduction,
     family_already_present,
+    forward_step_justified,
     overfits_judging_recordings,
 )
-from identification.selection.trial import Precision, Trial
+from identification.selection.trial import RANKING, Precision, Trial
 from identification.selection.trial_runner import Effects, TrialRunner, start_values
 from symbolic import Effect
+
+FIRSTS = 2
+"""Most effects with clear evidence by the information criterion that partners are sought for."""
+CLEAR_OF_PAIR = 3.0
+"""Standard errors by which the judged error has to fall, as every pair is one more chance."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -23,8 +36,9 @@ class SearchStep:
 
     before: Trial
     coarse_before: Trial  # The same, fitted as coarsely as the candidates that it was compared with.
-    trials: tuple[Trial, ...]  # Of one effect more or less, least judged error first, coarsely fitted.
-    after: Trial | None
+    precision: Precision = RANKING  # Of these coarse fits.
+    trials: tuple[Trial, ...] = ()  # One effect more or less, least judged error first, coarsely fitted.
+    after: Trial | None = None
     indistinguishable: Effects = ()  # Effects that would have done as well as the one that was added.
 
     @property
@@ -47,6 +61,13 @@ class SearchStep:
         sizes = {trial.effects[-1]: len(trial.fitted.labels) for trial in self.trials}
         most = sizes[self.after.effects[-1]]
         return next((e for e in sizes if e in self.indistinguishable and sizes[e] <= most), None)
+
+    def to(self, confirmed: "RankedCandidate | None", trials: Sequence[Trial]) -> "SearchStep":
+        """The step to what was confirmed of these trials, if anything was."""
+        tried = replace(self, trials=tuple(trials))
+        if confirmed is None:
+            return tried
+        return replace(tried, after=confirmed.trial, indistinguishable=confirmed.indistinguishable)
 
     def values_of(self, effects: Effects) -> Values:
         """The values fitted in the trial of these effects."""
@@ -133,3 +154,63 @@ def without_each(steps: Sequence[SearchStep], runner: TrialRunner) -> Callable[[
         return {e: fitted.get(e) or known[frozenset(rest)] for e, rest in rests.items()}
 
     return trials
+
+
+def promising_pairs(alone: SearchStep, training: Sequence[Recording]) -> list[Effects]:
+    """Pairs to try: an effect that the fitted recordings demand, alone, with each of the others.
+
+    Those that judge do not confirm such an effect: it may take along what its partner would explain.
+    """
+    present = alone.before.effects
+    changes = {
+        t.effects[-1]: delta_bic(t.fitted, alone.coarse_before.fitted, training)
+        for t in alone.trials
+        if t.effects[:-1] == present and not family_already_present(t.effects)
+    }
+    firsts = sorted((e for e in changes if changes[e] < CLEAR_BIC), key=lambda e: changes[e])[:FIRSTS]
+    pairs = [
+        (*present, first, e)
+        for i, first in enumerate(firsts)
+        for e in changes
+        if e not in firsts[: i + 1]
+    ]
+    return [pair for pair in pairs if not family_already_present(pair)]
+
+
+def steps_to_pair(
+    single_step: SearchStep,
+    pair_trials: Sequence[Trial],
+    runner: TrialRunner,
+    on_thinned: Comparison,
+    on_whole: Comparison,
+) -> list[SearchStep]:
+    """Steps to the first pair of these coarse trials that is clear on the whole recordings, if any is.
+
+    The first is `single_step`, in which no effect alone was worth adding; the gain of each effect is
+    that beside the other.
+    """
+    before = single_step.before
+    justified = [
+        p for p in pair_trials if forward_step_justified(p, single_step.coarse_before, on_thinned)
+    ]
+    # Those with the same first effect are compared as candidates beside it.
+    beside = [pair for pair in justified if pair.effects[-2] == justified[0].effects[-2]]
+    ranked = rank_for_confirmation(beside, on_thinned)
+    for candidate in ranked[: 1 + on_whole.criteria.runners_up]:
+        pair = candidate.trial
+        both = runner.run_fine(pair.effects, pair.values)
+        mean, error = error_reduction(both.judgement, before.judgement, on_whole.criteria.long_block)
+        if not forward_step_justified(both, before, on_whole) or mean <= CLEAR_OF_PAIR * error:
+            continue
+        *present, one, other = pair.effects
+        first, second = (*present, one), (*present, other)
+        alone_first = runner.run_fine(first, start_values(both, first))
+        alone_second = runner.run_fine(second, start_values(both, second))
+        turned = runner.run_fine((*second, one), both.values)
+        step = replace(single_step, trials=tuple(pair_trials))
+        return [
+            single_step,
+            replace(step, before=alone_second, after=turned),
+            replace(step, before=alone_first, after=both, indistinguishable=candidate.indistinguishable),
+        ]
+    return []

@@ -27,15 +27,16 @@ from identification.selection.criteria import (
     says_the_zero_twice,
 )
 from identification.selection.journal import Journal
-from identification.selection.pair_of_effects import promising_pairs, steps_to_pair
 from identification.selection.search_step import (
     RankedCandidate,
     SearchStep,
+    promising_pairs,
     rank_for_confirmation,
+    steps_to_pair,
     with_effect,
     without_effect,
 )
-from identification.selection.trial import RANKING, ROUGH, Precision, Trial, with_prior_weights
+from identification.selection.trial import RANKING, ROUGH, Trial, with_prior_weights
 from identification.selection.trial_runner import (
     Effects,
     TrialRunner,
@@ -48,25 +49,6 @@ from symbolic import CANDIDATES, Effect, effects_named
 
 Progress = Callable[[str, int, int], None]
 Justified = Callable[[Trial, Trial, Comparison], bool]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _PresentModel:
-    """The present model, fitted to the whole recordings and `coarse` as its rivals."""
-
-    fine: Trial
-    coarse: Trial
-    precision: Precision
-
-    def step_to(self, confirmed: RankedCandidate | None, trials: Sequence[Trial]) -> SearchStep:
-        """The step to what was confirmed of these trials, if anything was."""
-        return SearchStep(
-            before=self.fine,
-            coarse_before=self.coarse,
-            trials=tuple(trials),
-            after=confirmed.trial if confirmed else None,
-            indistinguishable=confirmed.indistinguishable if confirmed else (),
-        )
 
 
 @dataclass(frozen=True)
@@ -103,7 +85,7 @@ class Search:
         alone = steps[-1]
         if not (sets := promising_pairs(alone, self.thinned.training)):
             return None
-        pairs = self._rank(self._present(alone.before), sets, "trying pairs of effects")
+        pairs = self._rank(alone, sets, "trying pairs of effects")
         steps[-1:] = steps_to_pair(alone, pairs, self.runner, self.thinned, self.whole) or [alone]
         return steps[-1].after
 
@@ -126,13 +108,13 @@ class Search:
             or added
         )
 
-    def _present(self, current: Trial) -> _PresentModel:
+    def _present(self, current: Trial) -> SearchStep:
         precision = ROUGH if current.nrmse > self.criteria.rough_above else RANKING
         precision = with_prior_weights(precision, current)
         coarse = self.runner.run_coarse(current.effects, current.values, precision)
         # Weights count samples, of which thinned recordings have fewer.
         precision = with_prior_weights(precision, coarse)
-        return _PresentModel(fine=current, coarse=coarse, precision=precision)
+        return SearchStep(before=current, coarse_before=coarse, precision=precision)
 
     def _active_and_idle(
         self, present: Effects, steps: Sequence[SearchStep]
@@ -148,21 +130,21 @@ class Search:
         return [e for e in allowed if e not in idle], [e for e in allowed if e in idle]
 
     def _add(
-        self, present: _PresentModel, effects: Sequence[Effect], earlier: Sequence[Trial]
+        self, present: SearchStep, effects: Sequence[Effect], earlier: Sequence[Trial]
     ) -> SearchStep:
         """Add the best of these effects, or of `earlier` trials, that the whole recordings confirm."""
-        label = f"trying effects on top of {', '.join(present.fine.names) or 'the declared structure'}"
-        sets = [with_effect(present.fine.effects, effect) for effect in effects]
+        label = f"trying effects on top of {', '.join(present.before.names) or 'the declared structure'}"
+        sets = [with_effect(present.before.effects, effect) for effect in effects]
         trials = [*earlier, *self._rank(present, sets, label)]
         ranked = sorted(trials, key=lambda trial: trial.nrmse)
-        justified = [t for t in ranked if forward_step_justified(t, present.coarse, self.thinned)]
+        justified = [t for t in ranked if forward_step_justified(t, present.coarse_before, self.thinned)]
         best = rank_for_confirmation(justified, self.thinned)
-        return present.step_to(self._first_confirmed(best, present, forward_step_justified), ranked)
+        return present.to(self._first_confirmed(best, present, forward_step_justified), ranked)
 
-    def _remove(self, present: _PresentModel) -> SearchStep | None:
+    def _remove(self, present: SearchStep) -> SearchStep | None:
         """Remove an effect, not the last, or put one of its family in place of a flexible law."""
-        effects = present.fine.effects
-        label = f"trying to do without one of {', '.join(present.fine.names)}"
+        effects = present.before.effects
+        label = f"trying to do without one of {', '.join(present.before.names)}"
         sets = [without_effect(effects, removed) for removed in effects[:-1]]
         sets += [
             (*without_effect(effects, law), member)
@@ -173,10 +155,10 @@ class Search:
         trials = self._rank(present, sets, label)
         return self._replaced(present, trials, backward_step_justified)
 
-    def _exchange(self, present: _PresentModel, additions: Sequence[Trial]) -> SearchStep | None:
+    def _exchange(self, present: SearchStep, additions: Sequence[Trial]) -> SearchStep | None:
         """Exchange one effect for one of the candidates that gained most, though not enough."""
-        effects = present.fine.effects
-        least = (1 - self.criteria.least_gain) * present.coarse.nrmse
+        effects = present.before.effects
+        least = (1 - self.criteria.least_gain) * present.coarse_before.nrmse
         helpful = [trial.effects[-1] for trial in additions if trial.nrmse < least]
         # Never for a second law of a family: how much more that explains is not tested here.
         sets = [
@@ -185,12 +167,12 @@ class Search:
             for removed in effects
             if not family_already_present(exchanged := (*without_effect(effects, removed), effect))
         ]
-        trials = self._rank(present, sets, f"exchanging one of {', '.join(present.fine.names)}")
+        trials = self._rank(present, sets, f"exchanging one of {', '.join(present.before.names)}")
         return self._replaced(present, trials, exchange_justified)
 
     def _prefer_rival(
         self,
-        present: _PresentModel,
+        present: SearchStep,
         candidates: Sequence[Effect],
         steps: Sequence[SearchStep],
         added: SearchStep,
@@ -200,7 +182,7 @@ class Search:
         rival = steps[-1].equal_rival if steps else None
         if rival is None or rival not in candidates:
             return None
-        *others, chosen = present.fine.effects
+        *others, chosen = present.before.effects
         effects = (*others, rival)
         if family_already_present(effects):
             return None
@@ -213,30 +195,33 @@ class Search:
         return replace(found, after=after)
 
     def _replaced(
-        self, present: _PresentModel, trials: Sequence[Trial], justified: Justified
+        self, present: SearchStep, trials: Sequence[Trial], justified: Justified
     ) -> SearchStep | None:
         """The step to the first of these models that is confirmed, None where none is."""
-        best = [RankedCandidate(t) for t in trials if justified(t, present.coarse, self.thinned)]
+        best = [RankedCandidate(t) for t in trials if justified(t, present.coarse_before, self.thinned)]
         confirmed = self._first_confirmed(best, present, justified)
-        return present.step_to(confirmed, trials) if confirmed else None
+        return present.to(confirmed, trials) if confirmed else None
 
-    def _rank(self, present: _PresentModel, sets: Sequence[Effects], label: str) -> list[Trial]:
+    def _rank(self, present: SearchStep, sets: Sequence[Effects], label: str) -> list[Trial]:
         """Coarse trials of these sets of effects, least judged error first."""
         if not (sets := [effects for effects in sets if not says_the_zero_twice(effects)]):
             return []
         return self.runner.rank(
-            present.coarse, sets, present.precision, lambda done: self.report(label, done, len(sets))
+            present.coarse_before,
+            sets,
+            present.precision,
+            lambda done: self.report(label, done, len(sets)),
         )
 
     def _first_confirmed(
-        self, best: Sequence[RankedCandidate], present: _PresentModel, justified: Justified
+        self, best: Sequence[RankedCandidate], present: SearchStep, justified: Justified
     ) -> RankedCandidate | None:
         """The first candidate that is justified on the whole recordings too, with its trial on these."""
         # One with a parameter at the end of its range gives way to another one that does as well.
         at_bound: RankedCandidate | None = None
         for candidate in best[: 1 + self.criteria.runners_up]:
             after = self.runner.run_fine(candidate.trial.effects, candidate.trial.values)
-            if not justified(after, present.fine, self.whole):
+            if not justified(after, present.before, self.whole):
                 continue
             if at_bound and distinguishable(at_bound.trial, after, self.criteria):
                 continue

@@ -15,8 +15,7 @@ from observers.measurement.measurement_model import RIG
 from observers.patch.patch_protocol import EQUIVALENT
 from observers.tuning import TUNING_FIELDS
 from symbolic.casadi_functions import named_function
-from symbolic.compilation.comment_placement import Comments
-from symbolic.compilation.scalar_c import c_function
+from symbolic.compilation.scalar_c import Comments, c_function
 
 Tunable = Literal["", "tuning", "all"]
 """What generated code takes at run time: nothing, the tuning, or model, rig and tuning."""

@@ -1,7 +1,8 @@
 """C of a Function of scalars, statement by statement: no work vector, no pointers to pointers.
 
 The Function is expanded to scalar operations, which are written in the order in which CasADi evaluates
-them. What is used once stands where it is used, a condition is a `bool`, a choice is `?:`.
+them. What is used once stands where it is used, a condition is a `bool`, a choice is `?:`. Steps between
+may have a comment and be no results.
 """
 
 import re
@@ -12,13 +13,6 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
-from symbolic.compilation.comment_placement import (
-    NO_COMMENTS,
-    Comments,
-    live_instructions,
-    operands_of,
-    section_starts,
-)
 from symbolic.errors import BrushgripError
 from symbolic.float_array import Array
 
@@ -122,6 +116,25 @@ def needs_variable(code: int, term: Term, uses: int) -> bool:
     return is_long or (uses > 1 and code != ca.OP_NOT)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Comments:
+    """Comments beside the statements of a function."""
+
+    # For the first of some outputs, what is computed from here on; for an output, what each element is.
+    sections: Mapping[str, str] = field(default_factory=dict)
+    elements: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    # Outputs that are no parameters in C: the statement that computes one gets a comment.
+    between: Collection[str] = ()
+
+    def of(self, output: str, element: int) -> str:
+        """Comment of an element of an output; empty where none is known."""
+        names = self.elements.get(output, ())
+        return f" /* {names[element]} */" if element < len(names) else ""
+
+
+NO_COMMENTS = Comments()
+
+
 def c_function(
     name: str, function: ca.Function, real: str, vectors: Collection[str] = ("own", "own_by"),
     comments: Comments = NO_COMMENTS,
@@ -135,8 +148,8 @@ def c_function(
     function = function.expand()
     writer = _Writer(real)
     codes = [function.instruction_id(k) for k in range(function.n_instructions())]
-    operands = operands_of(function)
-    needed = live_instructions(function, operands, comments)
+    operands = _operands_of(function)
+    needed = _live_instructions(function, operands, comments)
     uses: Counter[int] = Counter()
     for k, code in enumerate(codes):
         if k in operands and k in needed:
@@ -144,7 +157,7 @@ def c_function(
             uses.update(dict.fromkeys(set(operands[k]), weight))
             uses.update(operands[k][1:] if len(set(operands[k])) < len(operands[k]) else [])
     terms: dict[int, Term] = {}
-    section = section_starts(function, comments)
+    section = _section_starts(function, comments)
     for k, code in enumerate(codes):
         if k in section:
             writer.statements.append(f"    /* {section[k]} */")
@@ -172,6 +185,47 @@ def c_function(
             term = c_operation(code, [terms[source] for source in operands[k]])
             terms[k] = writer.named(term) if needs_variable(code, term, uses[k]) else term
     return _definition(name, function, real, writer.statements, vectors, comments)
+
+
+def _operands_of(function: ca.Function) -> dict[int, list[int]]:
+    """Instructions whose results an instruction takes, by its number."""
+    last: dict[int, int] = {}
+    operands: dict[int, list[int]] = {}
+    for k in range(function.n_instructions()):
+        code = function.instruction_id(k)
+        if code not in (ca.OP_CONST, ca.OP_INPUT):
+            operands[k] = [last[slot] for slot in function.instruction_input(k)]
+        if code != ca.OP_OUTPUT:
+            last[function.instruction_output(k)[0]] = k
+    return operands
+
+
+def _live_instructions(
+    function: ca.Function, operands: Mapping[int, list[int]], comments: Comments
+) -> set[int]:
+    """Instructions on which an output depends that is a parameter in C."""
+    if not comments.between:
+        return set(range(function.n_instructions()))
+    needed: set[int] = set()
+    for k in reversed(range(function.n_instructions())):
+        is_output = function.instruction_id(k) == ca.OP_OUTPUT
+        if is_output and function.name_out(function.instruction_output(k)[0]) not in comments.between:
+            needed.add(k)
+        if k in needed:
+            needed.update(operands.get(k, ()))
+    return needed
+
+
+def _section_starts(function: ca.Function, comments: Comments) -> dict[int, str]:
+    """Titles by the instruction after the last one of the output before."""
+    titles, begin, before = dict[int, str](), 0, ""
+    for k in range(function.n_instructions() if comments.sections else 0):
+        if function.instruction_id(k) == ca.OP_OUTPUT:
+            output = function.name_out(function.instruction_output(k)[0])
+            if output != before and output in comments.sections:
+                titles[begin] = comments.sections[output]
+            begin, before = k + 1, output
+    return titles
 
 
 def _is_scalar(function: ca.Function, i: int, vectors: Collection[str]) -> bool:

@@ -55,9 +55,9 @@ def open_can(path: Path, signals: SignalMap) -> Iterator[ChannelFile]:
     database = read_database(signals.dbc or beside[0])
     listed = [(f"{m.name}.{s.name}", ("", m, s)) for m in database.messages for s in m.signals]
     names, places = [name for name, _ in listed], dict(listed)
-    for channel in {source.channel for source in signals.signals.values() if "/" in source.channel}:
-        bus, _, short = channel.partition("/")
-        if (name := match_channel(str(path), short, names)) is not None:
+    for channel in dict.fromkeys(source.channel for source in signals.signals.values()):
+        bus, on_bus, short = channel.partition("/")
+        if on_bus and (name := match_channel(str(path), short, names)) is not None:
             places[channel] = (bus, *places[name][1:])
     is_blf = path.suffix.lower() == ".blf"
     if is_blf:

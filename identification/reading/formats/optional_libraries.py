@@ -11,7 +11,7 @@ from identification.reading.channels_by_name import Opener
 from identification.reading.checked_file_reading import require_readable
 from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.sample_table import MAX_SAMPLES, Table
-from identification.reading.signal_map import SignalMap
+from identification.reading.signal_map import NO_MAP, SignalMap
 from symbolic import InvalidInputError
 from symbolic.compilation.operating_system import MemoryLimit
 from symbolic.tables.toml_and_json_parsing import excerpt
@@ -23,7 +23,7 @@ _LIBRARIES = ("asammdf", "can", "cantools", "rosbags")
 """Loggers of libraries; npTDMS has a switch of its own."""
 
 
-def read_format(opener: Opener, path: Path, needed: Sequence[str], signals: SignalMap) -> Table:
+def read_format(opener: Opener, path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> Table:
     """Read the table of a file whose channels a library gives; see `Reader`."""
     require_readable(path)
     try:
