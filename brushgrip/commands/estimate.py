@@ -112,7 +112,7 @@ class EstimateRequest(ModelRunRequest):
         aligning = aligning_torque_model(
             by_direction=self.by_direction, stiffness_state=self.stiffness_state
         )
-        observer_factory(self.observer, tuning, aligning)
+        factory = observer_factory(self.observer, tuning, aligning)
         alone = len(self.recordings) == 1 and self.summary is None
         finals = output_files_beside_tables(self.out, self.summary, self.picture, alone=alone)
         inputs = self.model_inputs(vehicle=self.vehicle)
@@ -122,9 +122,8 @@ class EstimateRequest(ModelRunRequest):
             EstimateTask(
                 inputs=one,
                 observer=self.observer,
-                tuning=tuning,
+                factory=factory,
                 smooth=self.smooth,
-                aligning=aligning,
                 out=outs.get(name),
                 budget=alone,
             )

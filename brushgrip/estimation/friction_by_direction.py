@@ -9,8 +9,8 @@ from math import nan
 import numpy as np
 
 from brushgrip.wording.friction_in_words import NARROWED_BY, OF_ZERO, WAYS, with_95_band
-from brushgrip.wording.usable_stretches import last_usable
 from observers import AligningTorque, DirectionalFriction, Ekf, Estimates, Mhe, Observer, Status
+from observers.quality.usable_stretches import last_usable
 from symbolic.float_array import Array
 
 UNCHECKED = int(Status.ACQUIRING | Status.SUSPECT)
