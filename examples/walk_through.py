@@ -17,13 +17,12 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.pictures.diagnosis import draw_loops, draw_residuals, draw_signatures
+from brushgrip.report.tables import errors_by_stage
 from brushgrip.wording.formatting import (
     effect_words,
     listed,
     percent,
     sentence,
-    torque_error_cells,
-    torque_error_columns,
     value_with_std,
 )
 from identification import Diagnosis, Recording, diagnose
@@ -57,14 +56,12 @@ SEARCH = "measured_search.md"
 
 def errors_table(diagnosis: Diagnosis) -> str:
     """Errors of the three stages."""
-    heads = torque_error_columns(diagnosis).values()
+    table = errors_by_stage(diagnosis)
+    _, *heads = table.headings
     lines = [f"| model | {' | '.join(heads)} |", "|---|" + "---:|" * len(heads)]
-    for name, errors in (
-        ("assumed", diagnosis.declared),
-        ("refitted: k and μ fitted", diagnosis.before),
-        ("found: with the effects", diagnosis.after),
-    ):
-        lines.append(f"| {name} | {' | '.join(torque_error_cells(diagnosis, errors))} |")
+    stages = ("assumed", "refitted: k and μ fitted", "found: with the effects")
+    for name, (_, *cells) in zip(stages, table.rows, strict=True):
+        lines.append(f"| {name} | {' | '.join(cells)} |")
     return "\n".join(lines)
 
 

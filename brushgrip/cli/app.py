@@ -4,10 +4,11 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
 from contextvars import copy_context
+from dataclasses import fields
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as version_of
-from inspect import signature
+from inspect import Signature, signature
 from pkgutil import iter_modules
 from typing import Annotated, Any, get_type_hints
 
@@ -16,6 +17,7 @@ from typer.core import TyperCommand
 
 from brushgrip import commands
 from brushgrip.cli.own_packages_shadowed import shadowed_packages_message
+from brushgrip.commands.options import OPTION
 from brushgrip.outputs.standard_streams import REMARKS, spell_unencodable, stdout_fault
 from brushgrip.outputs.verbosity import COMMAND_LINE, SPEECH, Verbosity, flags_first, stdout_for_json
 
@@ -71,7 +73,10 @@ def command_of(request: type) -> Callable[..., None]:
 
     run.__doc__ = request.__doc__
     run.__annotations__ = get_type_hints(request, include_extras=True)
-    run.__signature__ = signature(request)  # type: ignore[attr-defined]
+    asked = {one.name: one.metadata[OPTION] for one in fields(request) if OPTION in one.metadata}
+    own = signature(request).parameters.values()
+    given = [one.replace(default=asked.get(one.name, one.default)) for one in own]
+    run.__signature__ = Signature(given)  # type: ignore[attr-defined]
     return run
 
 

@@ -2,9 +2,6 @@
 
 from dataclasses import asdict, dataclass
 from enum import StrEnum
-from typing import Annotated
-
-import typer
 
 from brushgrip.commands.options import (
     EffectModules,
@@ -52,49 +49,40 @@ class CodegenRequest:
     """
 
     out: OutFolder
-    observer: Annotated[
-        ModelObserverName, option("--observer", help="Observer to write; ekf if left out.")
-    ] = ModelObserverName.EKF
+    observer: ModelObserverName = option(
+        "--observer", help="Observer to write; ekf if left out.", default=ModelObserverName.EKF
+    )
     rig: RigAlone = None
     vehicle: VehicleAlone = None
     model: ModelFile = None
     effects: EffectModules = None
     tuning: TuningProfile = None
     tune: TuningValues = None
-    window: Annotated[
-        int | None, option("--window", "N", "Samples that the MHE fits at once; 50 if left out.")
-    ] = None
-    ground: Annotated[
-        str | None,
-        option(
-            "--ground",
-            "NAME",
-            "Ground whose values are taken from the model file; the mean over its grounds without.",
-        ),
-    ] = None
-    real: Annotated[RealType, typer.Option("--real", help="Type of every number.")] = RealType.FLOAT
-    target: Annotated[Target, typer.Option("--target", help="What to write.")] = Target.C
+    window: int | None = option("--window", "N", "Samples that the MHE fits at once; 50 if left out.")
+    ground: str | None = option(
+        "--ground",
+        "NAME",
+        "Ground whose values are taken from the model file; the mean over its grounds without.",
+    )
+    real: RealType = option(
+        "--real", help="Type of every number.", default=RealType.FLOAT, show_default=True
+    )
+    target: Target = option("--target", help="What to write.", default=Target.C, show_default=True)
     torque: TorqueMeasured = TorqueChannel.GROUND
     stiffness_state: StiffnessState = None
-    no_acquire: Annotated[
-        bool,
-        typer.Option(
-            "--no-acquire",
-            help="Leave out the acquisition, for fewer instructions: friction is followed from the prior"
-            " alone, and may be wrong while usable where the prior is far off, as on ice; wrong units"
-            " and signs are not noticed.",
-        ),
-    ] = False
-    tunable: Annotated[
-        RunTime | None,
-        option(
-            "--tunable",
-            help="Parameters that the code takes at run time: the tuning, or all: model, rig and"
-            " tuning.",
-        ),
-    ] = None
-    name: Annotated[str, typer.Option("--name", metavar="NAME", help="Begins every name in C.")] = (
-        "brushgrip"
+    no_acquire: bool = option(
+        "--no-acquire",
+        help="Leave out the acquisition, for fewer instructions: friction is followed from the prior"
+        " alone, and may be wrong while usable where the prior is far off, as on ice; wrong units"
+        " and signs are not noticed.",
+        default=False,
+    )
+    tunable: RunTime | None = option(
+        "--tunable",
+        help="Parameters that the code takes at run time: the tuning, or all: model, rig and tuning.",
+    )
+    name: str = option(
+        "--name", "NAME", "Begins every name in C.", default="brushgrip", show_default=True
     )
 
     def run(self) -> None:

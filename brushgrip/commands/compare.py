@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
-from typing import Annotated
 
 from brushgrip.commands.options import ModelFile, OutJson, RecordingRequest, option, output_file_option
 
@@ -19,31 +18,20 @@ class CompareRequest(RecordingRequest):
 
     out: OutJson = None
     model: ModelFile = None
-    author: Annotated[
-        Path | None,
-        option(
-            "--author", "DIR", "Folder of author_estimate_*.csv; that of each recording if left out."
-        ),
-    ] = None
-    declared: Annotated[
-        list[float] | None,
-        option(
-            "--declared", "MU...", "Friction that errors refer to: one for all recordings, or one each."
-        ),
-    ] = None
-    train: Annotated[
-        list[str] | None,
-        option(
-            "--train",
-            "REC...",
-            "Recordings with a known mu on which the two networks of [Györök 2022] are trained; the"
-            " table then has them, and the mean of their labels. Needs scikit-learn.",
-        ),
-    ] = None
-    table: Annotated[
-        Path | None, output_file_option("--table", "TABLE.md", "Tables in Markdown as well.")
-    ] = None
-    picture: Annotated[Path | None, output_file_option("--picture", "PNG", "Box charts as well.")] = None
+    author: Path | None = option(
+        "--author", "DIR", "Folder of author_estimate_*.csv; that of each recording if left out."
+    )
+    declared: list[float] | None = option(
+        "--declared", "MU...", "Friction that errors refer to: one for all recordings, or one each."
+    )
+    train: list[str] | None = option(
+        "--train",
+        "REC...",
+        "Recordings with a known mu on which the two networks of [Györök 2022] are trained; the"
+        " table then has them, and the mean of their labels. Needs scikit-learn.",
+    )
+    table: Path | None = output_file_option("--table", "TABLE.md", "Tables in Markdown as well.")
+    picture: Path | None = output_file_option("--picture", "PNG", "Box charts as well.")
 
     def run(self) -> None:
         """Write the comparison of methods, and say what it says."""

@@ -3,27 +3,28 @@
 from dataclasses import dataclass
 from pathlib import Path
 from shutil import copyfile
-from typing import Annotated
 
-import typer
-
-from brushgrip.commands.options import Force, folder_option, valid_folder_name
+from brushgrip.commands.options import Force, option, valid_folder_name
 
 
 @dataclass(frozen=True, kw_only=True)
 class DemoRequest:
     """Show the main job on embedded recordings: diagnosis, report and friction over time."""
 
-    out: Annotated[
-        Path,
-        typer.Option("--out", metavar="DIR", help="Folder to write to.", callback=valid_folder_name),
-    ] = Path("demo_output")
-    examples: Annotated[
-        Path | None,
-        folder_option(
-            "--examples", "Write the scripts of the examples to this new folder, and do nothing else."
-        ),
-    ] = None
+    out: Path = option(
+        "--out",
+        "DIR",
+        "Folder to write to.",
+        default=Path("demo_output"),
+        callback=valid_folder_name,
+        show_default=True,
+    )
+    examples: Path | None = option(
+        "--examples",
+        "DIR",
+        "Write the scripts of the examples to this new folder, and do nothing else.",
+        callback=valid_folder_name,
+    )
     force: Force = False
 
     def run(self) -> None:

@@ -1,7 +1,7 @@
 """`brushgrip diagnose`."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 from brushgrip.commands.options import (
     Force,
@@ -29,32 +29,23 @@ class DiagnoseRequest(RecordingRequest):
 
     out: OutFolder
     vehicle: VehicleFile = None
-    holdout: Annotated[
-        list[str] | None,
-        option(
-            "--holdout",
-            "REC...",
-            "Recordings held out to judge the models: one or more names after the flag.",
-        ),
-    ] = None
-    robust: Annotated[
-        float | None,
-        option(
-            "--robust",
-            "SHARE",
-            "Threshold of Huber's loss, as a share of the torque range, for a torque with outliers:"
-            " 1.5 times its noise.",
-        ),
-    ] = None
-    ground: Annotated[
-        list[str] | None,
-        option(
-            "--ground",
-            "NAME",
-            "What the recordings stand on, or NAME=REC,REC for some of them, repeated for others;"
-            " goes before '# ground = steel' in a CSV file.",
-        ),
-    ] = None
+    holdout: list[str] | None = option(
+        "--holdout",
+        "REC...",
+        "Recordings held out to judge the models: one or more names after the flag.",
+    )
+    robust: float | None = option(
+        "--robust",
+        "SHARE",
+        "Threshold of Huber's loss, as a share of the torque range, for a torque with outliers:"
+        " 1.5 times its noise.",
+    )
+    ground: list[str] | None = option(
+        "--ground",
+        "NAME",
+        "What the recordings stand on, or NAME=REC,REC for some of them, repeated for others;"
+        " goes before '# ground = steel' in a CSV file.",
+    )
     jobs: Jobs = None
     scheduler: Scheduler = None
     force: Force = False

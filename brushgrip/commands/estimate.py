@@ -4,9 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from brushgrip.commands.options import (
     Jobs,
@@ -17,6 +15,7 @@ from brushgrip.commands.options import (
     TuningProfile,
     TuningValues,
     VehicleFile,
+    option,
     output_file_option,
 )
 from brushgrip.inputs.option_choices import ObserverName
@@ -70,29 +69,27 @@ class EstimateRequest(ModelRunRequest):
     """
 
     observer: ObserverUsed = ObserverName.EKF
-    out: Annotated[
-        Path | None, output_file_option("--out", "OUT.csv", "Table to write with a row for each sample.")
-    ] = None
+    out: Path | None = output_file_option(
+        "--out", "OUT.csv", "Table to write with a row for each sample."
+    )
     vehicle: VehicleFile = None
-    summary: Annotated[
-        Path | None,
-        output_file_option("--summary", "TABLE.csv", "Table to write with a row for each recording."),
-    ] = None
+    summary: Path | None = output_file_option(
+        "--summary", "TABLE.csv", "Table to write with a row for each recording."
+    )
     tuning: TuningProfile = None
     tune: TuningValues = None
-    smooth: Annotated[
-        bool, typer.Option("--smooth", help="Estimate every sample from the whole recording; takes ekf.")
-    ] = False
-    by_direction: Annotated[
-        bool,
-        typer.Option(
-            "--by-direction", help="Friction for each direction of turning; takes M_z, ekf or mhe."
-        ),
-    ] = False
+    smooth: bool = option(
+        "--smooth", help="Estimate every sample from the whole recording; takes ekf.", default=False
+    )
+    by_direction: bool = option(
+        "--by-direction",
+        help="Friction for each direction of turning; takes M_z, ekf or mhe.",
+        default=False,
+    )
     stiffness_state: StiffnessState = None
-    picture: Annotated[
-        Path | None, output_file_option("--picture", "PNG", "Picture of mu(t); OUT.png if left out.")
-    ] = None
+    picture: Path | None = output_file_option(
+        "--picture", "PNG", "Picture of mu(t); OUT.png if left out."
+    )
     jobs: Jobs = None
     scheduler: Scheduler = None
 
@@ -115,7 +112,7 @@ class EstimateRequest(ModelRunRequest):
         aligning = aligning_torque_model(
             by_direction=self.by_direction, stiffness_state=self.stiffness_state
         )
-        observer_factory(self.observer, tuning, aligning)
+        factory = observer_factory(self.observer, tuning, aligning)
         alone = len(self.recordings) == 1 and self.summary is None
         finals = output_files_beside_tables(self.out, self.summary, self.picture, alone=alone)
         inputs = self.model_inputs(vehicle=self.vehicle)
@@ -125,9 +122,8 @@ class EstimateRequest(ModelRunRequest):
             EstimateTask(
                 inputs=one,
                 observer=self.observer,
-                tuning=tuning,
+                factory=factory,
                 smooth=self.smooth,
-                aligning=aligning,
                 out=outs.get(name),
                 budget=alone,
             )

@@ -33,9 +33,9 @@ class FetchRequest:
             " is or changed by actuators (CC BY-SA 4.0).",
         ),
     ] = Published.WHEEL
-    out: Annotated[
-        Path | None, option("--out", "DIR", "Folder to put them in; the user's data folder if left out.")
-    ] = None
+    out: Path | None = option(
+        "--out", "DIR", "Folder to put them in; the user's data folder if left out."
+    )
 
     def run(self) -> None:
         """Bring the published measurements to where recordings are looked for."""

@@ -2,7 +2,6 @@
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated
 
 from brushgrip.commands.options import (
     ChannelMap,
@@ -29,52 +28,34 @@ class IdentifyRequest:
     --lock-to-lock and --ground-friction: torque of full slide and stiffness of its tyres.
     """
 
-    free_decay: Annotated[
-        list[str] | None,
-        option(
-            "--free-decay",
-            "REC...",
-            "Recordings of the wheel swinging freely after an impact: one or more after the flag.",
-        ),
-    ] = None
-    plates: Annotated[
-        list[str] | None,
-        option("--plates", "REC...", "Recordings of a car whose front wheels stand on turntables."),
-    ] = None
-    lock_to_lock: Annotated[
-        list[str] | None,
-        option(
-            "--lock-to-lock",
-            "REC...",
-            "Recordings of a car that stands on ground of known friction and steers from lock to lock.",
-        ),
-    ] = None
-    ground_friction: Annotated[
-        float | None, option("--ground-friction", "MU", "Friction of that ground, known.")
-    ] = None
-    friction_tolerance: Annotated[
-        float | None,
-        option(
-            "--friction-tolerance", "DMU", "How far off that may be, either way; 5 % of it if left out."
-        ),
-    ] = None
+    free_decay: list[str] | None = option(
+        "--free-decay",
+        "REC...",
+        "Recordings of the wheel swinging freely after an impact: one or more after the flag.",
+    )
+    plates: list[str] | None = option(
+        "--plates", "REC...", "Recordings of a car whose front wheels stand on turntables."
+    )
+    lock_to_lock: list[str] | None = option(
+        "--lock-to-lock",
+        "REC...",
+        "Recordings of a car that stands on ground of known friction and steers from lock to lock.",
+    )
+    ground_friction: float | None = option("--ground-friction", "MU", "Friction of that ground, known.")
+    friction_tolerance: float | None = option(
+        "--friction-tolerance", "DMU", "How far off that may be, either way; 5 % of it if left out."
+    )
     vehicle: VehicleFile = None
     out: OutJson = None
     rig: RigFile = None
     channel_map: ChannelMap = None
-    write_rig: Annotated[
-        Path | None,
-        output_file_option(
-            "--write-rig", "R", "Rig file to write: that of --rig with the k and b_t found."
-        ),
-    ] = None
+    write_rig: Path | None = output_file_option(
+        "--write-rig", "R", "Rig file to write: that of --rig with the k and b_t found."
+    )
 
-    write_vehicle: Annotated[
-        Path | None,
-        output_file_option(
-            "--write-vehicle", "CAR", "Vehicle file to write: that of --vehicle with what was found."
-        ),
-    ] = None
+    write_vehicle: Path | None = output_file_option(
+        "--write-vehicle", "CAR", "Vehicle file to write: that of --vehicle with what was found."
+    )
 
     def run(self) -> None:
         """Write what was asked for.

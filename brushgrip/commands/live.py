@@ -48,53 +48,42 @@ class LiveRequest:
     model: ModelFile = None
     channel_map: ChannelMap = None
     effects: EffectModules = None
-    ground: Annotated[str | None, option("--ground", help="What the wheel stands on.")] = None
+    ground: str | None = option("--ground", help="What the wheel stands on.")
     observer: ObserverUsed = ObserverName.EKF
     tuning: TuningProfile = None
     tune: TuningValues = None
     stiffness_state: StiffnessState = None
-    dbc: Annotated[Path | None, option("--dbc", "DBC", "Database of the signals of a CAN bus.")] = None
-    speed: Annotated[float, option("--speed", "N", "Replay a file so many times as fast.")] = 1.0
-    record: Annotated[
-        Path | None,
-        output_file_option(
-            "--record",
-            "OUT.parquet",
-            "Record from the beginning, as Parquet or MDF4 (OUT.mf4); where the file is there, or the"
-            " source begins anew, to OUT_2 and so on.",
-        ),
-    ] = None
-    target: Annotated[
-        str | None,
-        option("--target", "SHARE", "Advise where to turn until friction is known to it, as 10%."),
-    ] = None
-    limit: Annotated[
-        list[str] | None, option("--limit", "NAME=VALUE", "What the wheel may do then, as of plan.")
-    ] = None
-    send: Annotated[
-        list[str] | None,
-        option(
-            "--send",
-            "TO",
-            "Send friction to can:INTERFACE:CHANNEL, or as JSON to udp:HOST:PORT. May be repeated.",
-        ),
-    ] = None
-    send_dbc: Annotated[
-        Path | None,
-        output_file_option("--send-dbc", "DBC", "Write the database of the CAN frames sent."),
-    ] = None
-    host: Annotated[
-        str, typer.Option("--host", help="Address to serve the page at; 0.0.0.0 for other machines too.")
-    ] = "127.0.0.1"
-    port: Annotated[
-        int, typer.Option("--port", min=0, max=65535, help="Port of the page; 0 for any.")
-    ] = 5006
-    no_browser: Annotated[
-        bool, typer.Option("--no-browser", help="Serve the page, but open no browser.")
-    ] = False
-    no_page: Annotated[bool, typer.Option("--no-page", help="Serve no page; print a line a second.")] = (
-        False
+    dbc: Path | None = option("--dbc", "DBC", "Database of the signals of a CAN bus.")
+    speed: float = option("--speed", "N", "Replay a file so many times as fast.", default=1.0)
+    record: Path | None = output_file_option(
+        "--record",
+        "OUT.parquet",
+        "Record from the beginning, as Parquet or MDF4 (OUT.mf4); where the file is there, or the"
+        " source begins anew, to OUT_2 and so on.",
     )
+    target: str | None = option(
+        "--target", "SHARE", "Advise where to turn until friction is known to it, as 10%."
+    )
+    limit: list[str] | None = option("--limit", "NAME=VALUE", "What the wheel may do then, as of plan.")
+    send: list[str] | None = option(
+        "--send",
+        "TO",
+        "Send friction to can:INTERFACE:CHANNEL, or as JSON to udp:HOST:PORT. May be repeated.",
+    )
+    send_dbc: Path | None = output_file_option(
+        "--send-dbc", "DBC", "Write the database of the CAN frames sent."
+    )
+    host: str = option(
+        "--host",
+        help="Address to serve the page at; 0.0.0.0 for other machines too.",
+        default="127.0.0.1",
+        show_default=True,
+    )
+    port: int = option(
+        "--port", min=0, default=5006, max=65535, help="Port of the page; 0 for any.", show_default=True
+    )
+    no_browser: bool = option("--no-browser", help="Serve the page, but open no browser.", default=False)
+    no_page: bool = option("--no-page", help="Serve no page; print a line a second.", default=False)
 
     def run(self) -> None:
         """Follow the source until it is told to end."""

@@ -1,7 +1,7 @@
 """Arguments and options that several commands share, and checks of the files they name."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,11 +13,21 @@ if TYPE_CHECKING:
     from brushgrip.inputs.command_inputs import Inputs
 
 MAX_JOBS = 256
+OPTION = "option"
+"""Where the metadata of a field have its option."""
 
 
-def option(flag: str, metavar: str | None = None, help: str = "", **settings: Any) -> Any:
-    """An option whose default is not shown: it is left out, or the help says what it means."""
+def shared(flag: str, metavar: str | None = None, help: str = "", **settings: Any) -> Any:
+    """The annotation of an option of several commands, whose default the help does not show."""
     return typer.Option(flag, metavar=metavar, help=help, show_default=False, **settings)
+
+
+def option(
+    flag: str, metavar: str | None = None, help: str = "", *, default: Any = None, **settings: Any
+) -> Any:
+    """A field that an option of one command fills; its default is shown where `show_default` is set."""
+    settings = {"metavar": metavar, "help": help, "show_default": False, **settings}
+    return field(default=default, metadata={OPTION: typer.Option(default, flag, **settings)})
 
 
 def valid_file_name(path: Path | None) -> Path | None:
@@ -46,32 +56,27 @@ def model_file(path: Path | None) -> Path | None:
     return None if path is None else model_file_in(path)
 
 
-def output_file_option(flag: str, metavar: str, help: str = "File to write.") -> Any:
+def output_file_option(flag: str, metavar: str, help: str) -> Any:
     """The name of a file to write."""
     return option(flag, metavar, help, callback=valid_file_name)
 
 
-def folder_option(flag: str = "--out", help: str = "Folder to write to.") -> Any:
-    """The name of a folder to write to."""
-    return option(flag, "DIR", help, callback=valid_folder_name)
-
-
 RigFile = Annotated[
     Path | None,
-    option("--rig", "R", "Rig file (TOML). May be left out where the recordings know a, e and k."),
+    shared("--rig", "R", "Rig file (TOML). May be left out where the recordings know a, e and k."),
 ]
 VehicleFile = Annotated[
     Path | None,
-    option(
+    shared(
         "--vehicle",
         "CAR",
         "Vehicle file (TOML) of a car, in place of a rig: recordings then have rack or handwheel,"
         " and F_rack or T_bar and T_motor.",
     ),
 ]
-RigAlone = Annotated[Path | None, option("--rig", "R", "Rig file (TOML).")]
-VehicleAlone = Annotated[Path | None, option("--vehicle", "CAR", "Vehicle file (TOML) of a car.")]
-ObserverUsed = Annotated[ObserverName, option("--observer", help="Observer to use; ekf if left out.")]
+RigAlone = Annotated[Path | None, shared("--rig", "R", "Rig file (TOML).")]
+VehicleAlone = Annotated[Path | None, shared("--vehicle", "CAR", "Vehicle file (TOML) of a car.")]
+ObserverUsed = Annotated[ObserverName, shared("--observer", help="Observer to use; ekf if left out.")]
 StiffnessState = Annotated[
     bool | None,
     typer.Option(
@@ -84,7 +89,7 @@ TorqueMeasured = Annotated[
 ]
 ChannelMap = Annotated[
     list[str] | None,
-    option(
+    shared(
         "--map",
         "psi=NAME:deg,...",
         "Channels of the columns with their units and factors, such as"
@@ -97,7 +102,7 @@ ChannelMap = Annotated[
 Force = Annotated[bool, typer.Option("--force", help="Replace what another run wrote into the folder.")]
 ModelFile = Annotated[
     Path | None,
-    option(
+    shared(
         "--model",
         "MODEL",
         "Folder of a diagnosis, or its model file (model.json); the declared model without it.",
@@ -106,7 +111,7 @@ ModelFile = Annotated[
 ]
 TuningProfile = Annotated[
     TuningPreset | None,
-    option(
+    shared(
         "--tuning",
         help="Tuning by name; real_tyre if left out. A model file's model_error goes before its error,"
         " noise, error_travel and explained; what --tune sets goes before both.",
@@ -114,7 +119,7 @@ TuningProfile = Annotated[
 ]
 TuningValues = Annotated[
     list[str] | None,
-    option(
+    shared(
         "--tune",
         "NAME=VALUE",
         "A value of the tuning in place of the profile's, such as mu_walk=0.02. May be repeated;"
@@ -123,7 +128,7 @@ TuningValues = Annotated[
 ]
 EffectModules = Annotated[
     list[str] | None,
-    option(
+    shared(
         "--effects",
         "MODULE",
         "Module, or its file, with effects of your own, EFFECTS = [MyEffect(), ...]; it is"
@@ -132,15 +137,21 @@ EffectModules = Annotated[
 ]
 OutJson = Annotated[
     Path | None,
-    output_file_option("--out", "OUT.json", "File to write; left out, the tables here suffice."),
+    shared(
+        "--out",
+        "OUT.json",
+        "File to write; left out, the tables here suffice.",
+        callback=valid_file_name,
+    ),
 ]
-OutFolder = Annotated[Path, folder_option()]
+OutFolder = Annotated[Path, shared("--out", "DIR", "Folder to write to.", callback=valid_folder_name)]
+OutFile = Annotated[Path, shared("--out", "OUT.csv", "File to write.", callback=valid_file_name)]
 Jobs = Annotated[
-    int | None, option("--jobs", "N", "Processes to use; one per core if left out.", min=1, max=MAX_JOBS)
+    int | None, shared("--jobs", "N", "Processes to use; one per core if left out.", min=1, max=MAX_JOBS)
 ]
 Scheduler = Annotated[
     str | None,
-    option(
+    shared(
         "--scheduler",
         "ADDRESS",
         "Scheduler of a Dask cluster that does the work in place of processes here, such as"
@@ -164,21 +175,17 @@ class RecordingRequest:
     ]
     rig: RigFile = None
     channel_map: ChannelMap = None
-    steering_ratio: Annotated[
-        float | None,
-        option(
-            "--steering-ratio",
-            "RATIO",
-            "Angle of the steering wheel over that of the wheel, such as 15: psi and psi_dot are"
-            " divided by it. A torque from the steering wheel's shaft needs its own"
-            " factor: --map M_z=-15*Torque.",
-        ),
-    ] = None
-    begin: Annotated[
-        float | None,
-        option("--from", "T", "Use samples from this time on, as the recording counts it [s]."),
-    ] = None
-    end: Annotated[float | None, option("--to", "T", "Use samples up to this time [s].")] = None
+    steering_ratio: float | None = option(
+        "--steering-ratio",
+        "RATIO",
+        "Angle of the steering wheel over that of the wheel, such as 15: psi and psi_dot are"
+        " divided by it. A torque from the steering wheel's shaft needs its own"
+        " factor: --map M_z=-15*Torque.",
+    )
+    begin: float | None = option(
+        "--from", "T", "Use samples from this time on, as the recording counts it [s]."
+    )
+    end: float | None = option("--to", "T", "Use samples up to this time [s].")
     effects: EffectModules = None
 
     def inputs(self, more: Sequence[str] = (), **options: Any) -> "Inputs":
@@ -201,15 +208,12 @@ class ModelRunRequest(RecordingRequest):
     """What commands that run a model over recordings have in common."""
 
     model: ModelFile = None
-    ground: Annotated[
-        list[str] | None,
-        option(
-            "--ground",
-            "NAME",
-            "What the wheel stands on, or NAME=REC,REC for some of the recordings; picks the values"
-            " of that ground from the model file.",
-        ),
-    ] = None
+    ground: list[str] | None = option(
+        "--ground",
+        "NAME",
+        "What the wheel stands on, or NAME=REC,REC for some of the recordings; picks the values"
+        " of that ground from the model file.",
+    )
 
     def model_inputs(self, **options: Any) -> "Inputs":
         """The inputs with the model and the grounds."""

@@ -3,9 +3,7 @@
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from brushgrip.commands.options import (
     EffectModules,
@@ -46,45 +44,40 @@ class PlanRequest:
     vehicle: VehicleAlone = None
     model: ModelFile = None
     effects: EffectModules = None
-    target: Annotated[
-        str,
-        option(
-            "--target", "SHARE", "Standard deviation over mu, half of the 95 % band; 10% if left out."
-        ),
-    ] = "10%"
-    limit: Annotated[
-        list[str] | None,
-        option(
-            "--limit",
-            "NAME=VALUE",
-            "What the wheel may do: angle=0.4 [rad, either way], rate=0.5 and slowest=0.05 [rad/s],"
-            " torque [N m], time=10 [s], acceleration=10 [rad/s^2]. May be repeated; several may be"
-            " separated by commas.",
-        ),
-    ] = None
-    load: Annotated[
-        float | None, option("--load", "N", "Vertical load [N]; needed with --rig, a car's is known.")
-    ] = None
-    mu: Annotated[
-        str | None,
-        option(
-            "--mu",
-            "MU,...",
-            "Frictions (mu_eff) that the ground may have; 0.05,0.1,0.2,0.4,0.8,1.2 if left out.",
-        ),
-    ] = None
-    least: Annotated[Least, typer.Option("--least", help="What is to be least.")] = Least.TRAVEL
-    over: Annotated[OverPrior, typer.Option("--over", help="Over the frictions.")] = OverPrior.WORST
-    observer: Annotated[
-        ModelObserverName, typer.Option("--observer", help="Observer that estimates.")
-    ] = ModelObserverName.EKF
+    target: str = option(
+        "--target",
+        "SHARE",
+        "Standard deviation over mu, half of the 95 % band; 10% if left out.",
+        default="10%",
+    )
+    limit: list[str] | None = option(
+        "--limit",
+        "NAME=VALUE",
+        "What the wheel may do: angle=0.4 [rad, either way], rate=0.5 and slowest=0.05 [rad/s],"
+        " torque [N m], time=10 [s], acceleration=10 [rad/s^2]. May be repeated; several may be"
+        " separated by commas.",
+    )
+    load: float | None = option("--load", "N", "Vertical load [N]; needed with --rig, a car's is known.")
+    mu: str | None = option(
+        "--mu",
+        "MU,...",
+        "Frictions (mu_eff) that the ground may have; 0.05,0.1,0.2,0.4,0.8,1.2 if left out.",
+    )
+    least: Least = option(
+        "--least", help="What is to be least.", default=Least.TRAVEL, show_default=True
+    )
+    over: OverPrior = option(
+        "--over", help="Over the frictions.", default=OverPrior.WORST, show_default=True
+    )
+    observer: ModelObserverName = option(
+        "--observer", help="Observer that estimates.", default=ModelObserverName.EKF, show_default=True
+    )
     torque: TorqueMeasured = TorqueChannel.GROUND
     tuning: TuningProfile = None
     tune: TuningValues = None
-    out: Annotated[
-        Path | None,
-        output_file_option("--out", "OUT.csv", "Table to write; OUT.png beside it shows it."),
-    ] = None
+    out: Path | None = output_file_option(
+        "--out", "OUT.csv", "Table to write; OUT.png beside it shows it."
+    )
 
     def run(self) -> None:
         """Write the path and say how far to turn on each ground."""

@@ -1,10 +1,8 @@
 """`brushgrip simulate`."""
 
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated
 
-from brushgrip.commands.options import ModelRunRequest, option, output_file_option
+from brushgrip.commands.options import ModelRunRequest, OutFile, option
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -16,16 +14,13 @@ class SimulateRequest(ModelRunRequest):
     Several recordings go to OUT_<recording>.csv.
     """
 
-    out: Annotated[Path, output_file_option("--out", "OUT.csv")]
-    mu: Annotated[
-        float | None,
-        option(
-            "--mu",
-            "MU",
-            "Friction of the model's own law, in place of what model file, recording and rig say; which"
-            " mu_eff that is, is printed.",
-        ),
-    ] = None
+    out: OutFile
+    mu: float | None = option(
+        "--mu",
+        "MU",
+        "Friction of the model's own law, in place of what model file, recording and rig say; which"
+        " mu_eff that is, is printed.",
+    )
 
     def run(self) -> None:
         """Write the torque that the model predicts for recordings."""

@@ -64,6 +64,15 @@ class FrictionOutcome:
         return [(track, at) for track in own if (at := track.last_usable) is not None]
 
     @property
+    def is_known(self) -> bool:
+        """Whether friction is known in a recording by the model found."""
+        return any(map(self.known_tracks, self.grounds))
+
+    def never_known(self) -> list[str]:
+        """The recordings whose friction is not known by the model found."""
+        return [name for name, track in self.tracks_of().items() if track.last_usable is None]
+
+    @property
     def compared(self) -> tuple[FrictionTrack, ...]:
         """All tracks of the recordings that have one by every observer."""
         return tuple(track for track in self.tracks if track.name in self.tracks_of(MHE_FOUND))

@@ -6,10 +6,10 @@ import numpy as np
 
 from brushgrip.estimation.observe_recording import ObserverFactory, run_arguments, with_mean_wheel
 from brushgrip.wording.formatting import listed
-from brushgrip.wording.usable_stretches import last_usable
 from identification import FoundModel, Recording
 from observers import Ekf, Estimates, uncertainty_budget
 from observers.estimates import BAND_STDS
+from observers.quality.usable_stretches import last_usable
 from observers.tuning import OF_LOAD, OF_SCALE
 from symbolic import Vehicle
 from symbolic.vehicle.mean_wheel import friction_uncertainties

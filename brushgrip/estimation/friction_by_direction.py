@@ -9,8 +9,8 @@ from math import nan
 import numpy as np
 
 from brushgrip.wording.friction_in_words import NARROWED_BY, OF_ZERO, WAYS, with_95_band
-from brushgrip.wording.usable_stretches import last_usable
 from observers import AligningTorque, DirectionalFriction, Ekf, Estimates, Mhe, Observer, Status
+from observers.quality.usable_stretches import last_ground, last_usable
 from symbolic.float_array import Array
 
 UNCHECKED = int(Status.ACQUIRING | Status.SUSPECT)
@@ -39,7 +39,7 @@ def directional_friction_and_line(
         return {}, ""
     row: dict[str, float | str] = {}
     mu_of, told = dict.fromkeys(DIRECTIONS, nan), []
-    begin = max(np.flatnonzero(estimates.status & Status.RESET), default=0)
+    begin = last_ground(estimates)
     # The zero of the angle may jump where it is implausible.
     left_out = estimates.status & Status.IMPLAUSIBLE != 0
     steps = np.where(left_out[1:] | left_out[:-1], 0.0, np.diff(psi))
@@ -50,7 +50,7 @@ def directional_friction_and_line(
         usable[at] = side[at] == sign  # What is told first is told here, too.
         own = np.flatnonzero(usable[begin : at + 1])
         if own.size:
-            i = int(begin + own[-1])
+            i = begin + int(own[-1])
             mu, std = float(estimates.mu_eff[i]), float(estimates.mu_eff_std[i])
             row |= {f"mu_eff_{way}": mu, f"mu_eff_std_{way}": std}
             mu_of[way] = mu

@@ -15,7 +15,6 @@ from brushgrip.estimation.friction_by_direction import (
 from brushgrip.estimation.signal_map_remedy import in_channels
 from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.inputs.option_values import ChosenTuning
-from brushgrip.wording.usable_stretches import held_usable, last_uncontradicted, steady_from
 from identification import FoundModel, Recording, Standstills
 from identification.fits.least_squares_problem import begins_at_zero
 from observers import (
@@ -38,6 +37,7 @@ from observers import (
     smooth,
     tuning_for,
 )
+from observers.quality.usable_stretches import held_usable, last_uncontradicted, steady_from
 from symbolic import InvalidInputError, Model, rig_of
 from symbolic.float_array import Array
 
@@ -85,8 +85,13 @@ class FrictionTrack:
 
     @property
     def last_usable(self) -> int | None:
-        """As `brushgrip.wording.usable_stretches.last_usable`."""
+        """As `observers.quality.usable_stretches.last_usable`."""
         return last_uncontradicted(self.usable, self.inconsistent, self._last_ground, self.turn)
+
+    @property
+    def ends_early(self) -> bool:
+        """Whether there is a last usable sample, which is not the last one."""
+        return self.last_usable not in (None, self.t.size - 1)
 
     @property
     def usable_since(self) -> int:

@@ -90,13 +90,13 @@ def causes_with_map(recording: Recording, causes: Sequence[str], torque: str) ->
         maps = (corrected_map(recording.sources, {"F_N": replace(load, unit=u)}) for u in ("kgf", "lbf"))
         return f"{why}: {' or '.join(maps)}"
     if recording.standstills is None and why.startswith(CLIPPED):
-        why = _with_lower_bound(recording, torque, why)
+        why = _with_lower_bound(recording, why)
     return why + (f": {corrected_map(recording.sources, changed)}" if changed else "") + ratio + counter
 
 
-def _with_lower_bound(recording: Recording, torque: str, why: str) -> str:
+def _with_lower_bound(recording: Recording, why: str) -> str:
     """The cause, behind the friction that there is at least where the torque is clipped, not frozen."""
-    size = np.abs(np.asarray(getattr(recording, torque)))
+    size = np.abs(recording.recorded_torque)
     end, rig = float(np.nanmax(size)), recording.rig
     times = np.convolve(size == end, np.ones(IN_A_ROW), "valid")
     load = float(np.median(recording.F_N[recording.F_N > 0]))

@@ -264,10 +264,8 @@ def seems_to_end(torque: Array, psi: Array, F_N: Array) -> str:
 
 def differing_rates(recording: Recording) -> str:
     """The rates of torque and angle where both are regular and differ; empty where they do not."""
-    torque = getattr(recording, torque_channel_name(recording))
-    if torque is None:
-        return ""
-    rates = [_rate(recording.t[np.isfinite(v)]) for v in (torque, angle_nan_where_imputed(recording))]
+    measured = (recording.recorded_torque, angle_nan_where_imputed(recording))
+    rates = [_rate(recording.t[np.isfinite(values)]) for values in measured]
     if min(rates) <= 0 or max(rates) < OTHER_RATE * min(rates):
         return ""
     return f"torque at {rates[0]:.4g} Hz, angle at {rates[1]:.4g} Hz: normal"

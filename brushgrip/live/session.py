@@ -20,8 +20,8 @@ from brushgrip.live.row_estimation import Point, RowEstimator
 from brushgrip.live.session_state_in_words import LastUsable, State, without_turning
 from brushgrip.live.sources import WAIT, Source
 from brushgrip.live.timestamp_filter import TimestampFilter, clock_time
-from brushgrip.wording.usable_stretches import HOLD
 from observers import ESTIMATE, Estimate, Status
+from observers.quality.usable_stretches import HOLD
 from symbolic import InvalidInputError
 
 CAPACITY = 200_000

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from math import isfinite, nan
 
 from brushgrip.wording.friction_in_words import with_95_band
-from brushgrip.wording.usable_stretches import CONTRADICTED
 from observers import Estimate, Status
+from observers.quality.usable_stretches import CONTRADICTED
 from symbolic import InvalidInputError
 
 

@@ -5,13 +5,13 @@ from itertools import chain, combinations
 
 import numpy as np
 
-from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome, mean_figures
+from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.wording.formatting import band_decimals, listed, sentence
 from brushgrip.wording.friction_in_words import status_in_words, with_95_band
 from identification import Diagnosis
 from identification.residuals.repeatability import SAME_LOAD
-from observers import Status
+from observers import GroundFriction, Status
 from observers.planning.uncertainty_budget import REST, SLOPE
 from observers.quality.friction_across_recordings import kendall_load_test
 from observers.tuning import OF_LENGTHS, OF_LOAD, OF_SCALE, OF_TUNING
@@ -114,10 +114,14 @@ def _why_not_usable(track: FrictionTrack) -> Status:
     return track.last_status | Status.INCONSISTENT if unexplained else track.last_status
 
 
+def is_as_declared(outcome: FrictionOutcome, diagnosis: Diagnosis) -> bool:
+    """Whether friction is told by a vehicle as declared, not by what was found."""
+    return diagnosis.of_car and outcome.inclination is None
+
+
 def friction_is_by(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
     """What friction is told by: the model found, or the vehicle as declared."""
-    as_declared = diagnosis.of_car and outcome.inclination is None
-    return "by the vehicle as declared" if as_declared else "by the model found"
+    return f"by the {'vehicle as declared' if is_as_declared(outcome, diagnosis) else 'model found'}"
 
 
 def load_trend_in_words(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
@@ -146,6 +150,11 @@ def load_trend_in_words(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
         f" (by chance in 1 of {1 / max(chance, 1e-6):.0f} cases);"
         " whether load is the cause is not known; the ± of the ground covers these loads, no others."
     )
+
+
+def recordings_differ(friction: GroundFriction) -> bool:
+    """Whether how recordings on a ground differ makes most of the variance of its band."""
+    return (friction.scatter_share or 0.0) > 0.5
 
 
 def _few(values: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
@@ -235,7 +244,7 @@ def has_unusable_gap(outcome: FrictionOutcome) -> bool:
     return any((np.diff(track.usable.astype(int)) < 0).any() for track in tracks)
 
 
-_FIGURE_TEXTS: Mapping[str, tuple[str, float, str, str]] = {
+FIGURE_TEXTS: Mapping[str, tuple[str, float, str, str]] = {
     "settling": (
         "time to settle",
         *(1, "{:.1f} s"),
@@ -261,20 +270,3 @@ _FIGURE_TEXTS: Mapping[str, tuple[str, float, str, str]] = {
     ),
 }
 """Label, factor, text and meaning of those of `FIGURES` that compare the EKF with more than itself."""
-
-
-def settling_and_coverage_rows(outcome: FrictionOutcome) -> tuple[list[str], list[tuple[str, ...]]]:
-    """Headings and rows of a table: figures before → after for each group, and what they mean."""
-    rows = []
-    groups = dict(reversed(outcome.groups().items()))
-    stages = (outcome.before, outcome.after)
-    for figure, (label, factor, text, words) in _FIGURE_TEXTS.items():
-        cells = []
-        for names in groups.values():
-            means = [mean_figures(stage, names)[figure] for stage in stages]
-            pair = " → ".join("–" if mean is None else text.format(factor * mean) for mean in means)
-            known = min(sum(getattr(stage[n], figure) is not None for n in names) for stage in stages)
-            # A mean over fewer recordings than there are says so.
-            cells.append(pair + f" ({known} of {len(names)})" * (known < len(names)))
-        rows.append((label, *cells, words))
-    return ["figure", *(GROUP_LABELS[group] for group in groups), "in plain words"], rows

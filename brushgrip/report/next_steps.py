@@ -6,13 +6,15 @@ from statistics import fmean
 
 from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
 from brushgrip.estimation.suspicious_recordings import SUSPECTED
-from brushgrip.report.friction_summary import variance_shares_by_cause
-from brushgrip.report.validity_and_missing_effects import stiffness_cases
+from brushgrip.report.friction_summary import recordings_differ, variance_shares_by_cause
+from brushgrip.report.provisional_friction import stiffness_cases
 from brushgrip.report.what_effects_do import size_of
 from brushgrip.wording.diagnosis_in_words import (
     CLEAR,
-    is_unconfirmed,
+    doubtful_effects,
+    is_single,
     judging_may_be_of_another_wheel,
+    note_on,
     proposed_recordings,
     unexplained_is_larger,
 )
@@ -66,7 +68,6 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
 
     Where nothing is open, what narrows the ± of friction.
     """
-    tracks = outcome.tracks_of()
     steps = []
     if diagnosis.notes and diagnosis.notes[0].startswith(SUSPECTED):
         steps.append("mend the input that looks wrong, or leave its recording out, and run this again")
@@ -74,13 +75,13 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
         steps.append(CHECKS[diagnosis.of_car])
     if outcome.inclination is not None:
         steps.append("check the inclination of the steering axes, and declare it in the vehicle file")
-    never = [name for name, track in tracks.items() if track.last_usable is None]
+    never = outcome.never_known()
     # A model that misses more than it has found is why friction is not known.
     if never and not unexplained_is_larger(diagnosis):
         steps.append(
             f"record {listed(never)} again, turning to and fro until the wheel slides both ways"
         )
-    if len(diagnosis.recordings) + len(diagnosis.holdout) == 1:
+    if is_single(diagnosis):
         steps.append("make a second recording, without which nothing judges the result")
     like_load = [
         effect_words(e.name) for e in diagnosis.effects if UNRECORDED_LOAD in e.indistinguishable_from
@@ -93,7 +94,8 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     doubted = judging_may_be_of_another_wheel(diagnosis)
     check = _check_of_validation(diagnosis)
     steps += check * doubted
-    if unconfirmed := [effect_words(e.name) for e in diagnosis.effects if is_unconfirmed(e)]:
+    unconfirmed, *_ = doubtful_effects(diagnosis)
+    if unconfirmed:
         steps.append(
             "fit a recording of each ground (with --holdout, leave that out), which settles whether"
             f" {listed(unconfirmed)} is there"
@@ -124,8 +126,12 @@ def _play(diagnosis: Diagnosis) -> list[str]:
 
 def _to_declare(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     """That tolerances are to be declared, and what that brings; empty where all are."""
-    note = next((note for note in diagnosis.notes if note.startswith(ASSUMED)), "")
-    if not (names := _values_without_tolerance(diagnosis, note) if note else []):
+    # Not k where that is to be declared first.
+    parts = note_on(diagnosis, ASSUMED).partition(": ")[2].split(", ")
+    names = [name for part in parts if (name := part.split(" ±")[0].split(" (")[0])]
+    if stiffness_cases(diagnosis):
+        names = [name for name in names if name != STIFFNESS]
+    if not names:
         return []
     brought = _at_best(outcome, *{PART_OF_BAND.get(name, "") for name in names})
     visit = "at the rig, on the same visit, " * bool(stiffness_cases(diagnosis))
@@ -169,7 +175,7 @@ def _check_of_validation(diagnosis: Diagnosis) -> list[str]:
 
 def _more_recordings(outcome: FrictionOutcome) -> list[str]:
     """That more recordings narrow the widest ± of those that are wide by how recordings differ."""
-    wide = {g: one for g, one in outcome.further().items() if (one.scatter_share or 0.0) > 0.5}
+    wide = {g: one for g, one in outcome.further().items() if recordings_differ(one)}
     if not wide:
         return []
     ground, one = max(wide.items(), key=lambda own: own[1].further or 0.0)
@@ -181,12 +187,6 @@ def _more_recordings(outcome: FrictionOutcome) -> list[str]:
         f" friction for: ± {half:.{digits}f} would come to about ± {more:.{digits}f} if they differ as"
         " much as these, or to less if it is their loads that make these differ"
     ]
-
-
-def _values_without_tolerance(diagnosis: Diagnosis, note: str) -> list[str]:
-    """What a note says that nobody declared a tolerance of; not k where that is to be declared first."""
-    names = [part.split(" ±")[0].split(" (")[0] for part in note.partition(": ")[2].split(", ")]
-    return [name for name in names if name != STIFFNESS or not stiffness_cases(diagnosis)]
 
 
 def _to_narrow(outcome: FrictionOutcome, told_apart: Sequence[str]) -> list[str]:

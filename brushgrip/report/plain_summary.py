@@ -15,16 +15,18 @@ from brushgrip.report.friction_summary import (
     at_common_load,
     converted_to_common_load,
     grounds_compared,
+    is_as_declared,
     last_usable_friction,
     load_trend_in_words,
     note_on_highest_loads,
+    recordings_differ,
     variance_shares_by_cause,
 )
 from brushgrip.report.next_steps import CHECKS, next_steps, what_further_recordings_tell
 from brushgrip.report.provisional_friction import (
     doubt_of_stiffness,
     friction_if_stiffness_is_wrong,
-    other_stiffness,
+    stiffness_cases,
     stiffness_within_tolerance,
 )
 from brushgrip.report.validity_and_missing_effects import (
@@ -36,13 +38,12 @@ from brushgrip.report.validity_and_missing_effects import (
     missing_effects,
     result_in_plain_words,
     several_mechanisms,
-    stiffness_cases,
     validity,
 )
 from brushgrip.report.verdict import NOT_YET, verdict
-from brushgrip.wording.diagnosis_in_words import is_unconfirmed
+from brushgrip.wording.diagnosis_in_words import doubtful_effects
 from brushgrip.wording.formatting import effect_words, listed, percent, sentence
-from brushgrip.wording.friction_of_a_ground import further_recording, prediction_band
+from brushgrip.wording.recording_remarks import further_recording, prediction_band
 from identification import Diagnosis
 from observers import GroundFriction
 
@@ -82,7 +83,7 @@ def lines_to_send(
     Each is a list of parts, a label and its items.
     """
     told = outcome or FrictionOutcome(before={}, after={}, grounds={})
-    known = any(map(told.known_tracks, told.grounds))
+    known = told.is_known
     asked = next_steps(diagnosis, told)
     # Names of grounds and recordings may hold a full stop.
     parted = ". " if asked[:1] == [CHECKS[diagnosis.of_car]] else "\n"
@@ -93,16 +94,15 @@ def lines_to_send(
     wide = [_differences(told, ground, one) for ground, one in told.further().items()]
     also = [*wide, _weaker(diagnosis, told), *reserved]
     missing = missing_effects(diagnosis, told if known and not diagnosis.of_car else None)
-    label = LEFT_OUT + ALLOWED_FOR * (known and (not diagnosis.of_car or told.inclination is not None))
+    label = LEFT_OUT + ALLOWED_FOR * (known and not is_as_declared(told, diagnosis))
     error, judged = error_to_quote(diagnosis)
     provisional = known and bool(diagnosis.stiffness_ratio != 1)
     finding = {label: missing} if missing else {"Result": [result_in_plain_words(diagnosis)]}
-    if_wrong = friction_if_stiffness_is_wrong(diagnosis, told) if provisional else []
-    judged_use, why = verdict_on_friction(diagnosis, told)
+    judged_use, why = verdict(diagnosis, told)
     held = f" The ± holds only if the {'car' if diagnosis.of_car else 'rig'} proves right." * provisional
     friction = {judged_use: [_friction(told) + held], "Why": why}
     cases = stiffness_cases(diagnosis)
-    for at, value in enumerate(if_wrong, 1):
+    for at, value in enumerate(friction_if_stiffness_is_wrong(diagnosis, told), 1):
         cases[at] = f"{cases[at].removesuffix('.')}: then {value}."
     valid = validity(diagnosis, told.slide_rate if known else None, told.slide_speed)
     benefit, trend = benefit_for_friction(diagnosis, told), load_trend_in_words(told, diagnosis)
@@ -110,7 +110,7 @@ def lines_to_send(
     if judged_use == NOT_YET:
         sure = [line.replace(ARE_RIGHT, f"{ARE_RIGHT}, which is in doubt here") for line in sure]
     if provisional:
-        sure.insert(0, doubt_of_stiffness(diagnosis, told, if_wrong)[1])
+        sure.insert(0, doubt_of_stiffness(diagnosis, told)[1])
         benefit = f"Whether it is right rests on what is to do first. {benefit}" * bool(benefit)
     mail = {
         "Note": [warning],
@@ -134,15 +134,6 @@ def lines_to_send(
         "Not known": [sentence("; ".join(_open_questions(diagnosis, told)))],
     }
     return _filled(mail), _filled(details)
-
-
-def verdict_on_friction(diagnosis: Diagnosis, outcome: FrictionOutcome) -> tuple[str, list[str]]:
-    """Whether friction may be used, and why, an item each."""
-    if_wrong = (
-        friction_if_stiffness_is_wrong(diagnosis, outcome) if diagnosis.stiffness_ratio != 1 else []
-    )
-    otherwise, _ = doubt_of_stiffness(diagnosis, outcome, if_wrong)
-    return verdict(diagnosis, outcome, other_stiffness(diagnosis, otherwise))
 
 
 def repeatability_in_words(diagnosis: Diagnosis) -> str:
@@ -245,7 +236,7 @@ def _weaker(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
 
 def _differences(outcome: FrictionOutcome, ground: str, friction: GroundFriction) -> str:
     """How recordings on a ground differ, where that is most of its band's variance; else empty."""
-    if (friction.scatter_share or 0.0) <= 0.5:
+    if not recordings_differ(friction):
         return ""
     values = [float(track.mu[at]) for track, at in outcome.known_tracks(ground)]
     return (
@@ -271,10 +262,9 @@ def _on_ground(outcome: FrictionOutcome, ground: str, label: str = EKF_FOUND) ->
 def _open_questions(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     """What the recordings leave open, each in a phrase."""
     parts = []
-    tracks = outcome.tracks_of().values()
-    if never := [track.name for track in tracks if track.last_usable is None]:
+    if never := outcome.never_known():
         parts.append(f"friction in {listed(never)}")
-    ending = [t for t in tracks if t.last_usable not in (None, t.t.size - 1)]
+    ending = [track for track in outcome.tracks_of().values() if track.ends_early]
     if early := [f"{t.name} after {t.t[t.last_usable]:.1f} s" for t in ending]:
         heaviest = note_on_highest_loads(diagnosis, [track.name for track in ending])
         parts.append(f"friction in {listed(early)} (told is the value until then{heaviest})")
@@ -282,12 +272,12 @@ def _open_questions(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]
         rivals = listed([effect_words(name) for name in (e.name, *e.indistinguishable_from)], "or")
         if e.grade == "ambiguous" and several_mechanisms(e):
             parts.append(f"which of {rivals} it is")
-    if unconfirmed := [effect_words(e.name) for e in diagnosis.effects if is_unconfirmed(e)]:
+    unconfirmed, weak, odd = doubtful_effects(diagnosis)
+    if unconfirmed:
         parts.append(f"whether {listed(unconfirmed)} is there, as only the fitted recordings demand it")
-    hints = [e for e in diagnosis.effects if e.grade == "weak" and not is_unconfirmed(e)]
-    if weak := [effect_words(e.name) for e in hints]:
+    if weak:
         parts.append(f"whether the weak signs of {listed(weak)} are chance")
-    if odd := [effect_words(e.name) for e in diagnosis.effects if e.grade == "stands_in"]:
+    if odd:
         parts.append(f"the cause that {listed(odd)} {'copies' if len(odd) == 1 else 'copy'}")
     if diagnosis.unexplained.present and not missing_effects(diagnosis):
         parts.append(f"what makes {percent(diagnosis.unexplained.structured)} of range")

@@ -9,7 +9,6 @@ from brushgrip.report.plain_summary import (
     friction_and_notes,
     lines_to_send,
     repeatability_in_words,
-    verdict_on_friction,
 )
 from brushgrip.report.tables import (
     errors_by_stage,
@@ -17,6 +16,7 @@ from brushgrip.report.tables import (
     settling_and_coverage_table,
 )
 from brushgrip.report.validity_and_missing_effects import notes_beside
+from brushgrip.report.verdict import verdict
 from brushgrip.wording.diagnosis_in_words import (
     GRADES,
     experiment_in_words,
@@ -72,7 +72,7 @@ def print_diagnosis(
     if warning:
         print_text(warning, style="bold")
     known, notes = friction_and_notes(outcome)
-    use, why = verdict_on_friction(diagnosis, outcome) if outcome else ("", [])
+    use, why = verdict(diagnosis, outcome) if outcome else ("", [])
     judged = f"Friction: {use[:1].lower()}{use[1:]}. {' '.join(why)}".strip() * bool(use)
     for line in filter(None, (*known, judged, headline(diagnosis))):
         print_text(line, style="bold")

@@ -1,20 +1,29 @@
-"""Friction that a stiffness which is not the declared one makes provisional, in words."""
+"""The stiffness that was found, what it may mean, and what friction is then, in words."""
 
 from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
-from brushgrip.wording.formatting import band_decimals, listed
+from brushgrip.wording.formatting import band_decimals, listed, sentence
 from identification import Diagnosis
 from identification.diagnosis.found_stiffness import OFF_STIFFNESS
 
+MEANING = ", how steeply the torque rises before anything slides, is"
+"""What the stiffness k is, behind its name."""
 
-def other_stiffness(diagnosis: Diagnosis, otherwise: str = "") -> str:
-    """How far the stiffness is from the declared one, and what friction is else, a phrase; or empty."""
-    ratio, comes = diagnosis.stiffness_ratio, "the tyre comes"
-    if diagnosis.of_car:
-        comes = "tyres and what yields beside them come"
-    several = sum(note.startswith(OFF_STIFFNESS) for note in diagnosis.notes) > 1
-    return (
-        f"{comes} out {ratio:.2f} times as stiff as declared{' at the farthest' * several}{otherwise}"
-    ) * bool(ratio != 1)
+
+def stiffness_cases(diagnosis: Diagnosis) -> list[str]:
+    """The stiffness beyond its tolerance, then each thing that it may mean; of several, only those."""
+    notes = _stiffness_notes(diagnosis)
+    if len(notes) != 1:
+        return [sentence(note) for note in notes]
+    head, _, cases = notes[0].replace(" is", MEANING, 1).partition(": ")
+    return [sentence(one) for one in (f"{head}; these recordings do not tell why", *cases.split("; "))]
+
+
+def other_stiffness(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
+    """How far the stiffness is from the declared one, and what friction is else, a phrase."""
+    comes = "tyres and what yields beside them come" if diagnosis.of_car else "the tyre comes"
+    farthest = " at the farthest" * (len(_stiffness_notes(diagnosis)) > 1)
+    otherwise, _ = doubt_of_stiffness(diagnosis, outcome)
+    return f"{comes} out {diagnosis.stiffness_ratio:.2f} times as stiff as declared{farthest}{otherwise}"
 
 
 def stiffness_within_tolerance(diagnosis: Diagnosis) -> str:
@@ -30,11 +39,10 @@ def stiffness_within_tolerance(diagnosis: Diagnosis) -> str:
     )
 
 
-def doubt_of_stiffness(
-    diagnosis: Diagnosis, outcome: FrictionOutcome, if_wrong: list[str]
-) -> tuple[str, str]:
+def doubt_of_stiffness(diagnosis: Diagnosis, outcome: FrictionOutcome) -> tuple[str, str]:
     """What friction may be else, and between which ends, by a stiffness that was not declared."""
     ratio, read = diagnosis.stiffness_ratio, "force" if diagnosis.of_car else "torque"
+    if_wrong = friction_if_stiffness_is_wrong(diagnosis, outcome)
     # What yields beside a car's tyres is the likelier cause of a stiffness that is too low.
     if not if_wrong or (diagnosis.of_car and ratio < 1):
         return "", ""
@@ -48,14 +56,17 @@ def doubt_of_stiffness(
 def friction_if_stiffness_is_wrong(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     """Friction of each ground if the torque, then if the half-length makes the stiffness what it is."""
     bands, ratio = outcome.bands(), diagnosis.stiffness_ratio
-    single = sum(note.startswith(OFF_STIFFNESS) for note in diagnosis.notes) == 1
-    if not bands or not single:
+    if not bands or ratio == 1 or len(_stiffness_notes(diagnosis)) != 1:
         return []
     bound = f"not {'less' if ratio > 1 else 'more'} than"
     return [
         f"{about} {listed([f'{one.mu_eff / factor:.2f} on {ground}' for ground, one in bands.items()])}"
         for factor, about in ((ratio, "about"), (ratio ** (1 / 3), bound))
     ]
+
+
+def _stiffness_notes(diagnosis: Diagnosis) -> list[str]:
+    return [note for note in diagnosis.notes if note.startswith(OFF_STIFFNESS)]
 
 
 def _possible(outcome: FrictionOutcome, ratio: float) -> str:

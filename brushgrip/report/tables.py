@@ -7,16 +7,17 @@ from typing import Any
 
 from markupsafe import Markup
 
-from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
+from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome, mean_figures
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.report.friction_summary import (
+    FIGURE_TEXTS,
+    GROUP_LABELS,
     at_common_load,
     converted_to_common_load,
     friction_is_by,
     last_usable_friction,
     median_loads,
     note_on_changing_friction,
-    settling_and_coverage_rows,
     usable_until,
 )
 from brushgrip.wording.diagnosis_in_words import GRADES, parameter_words_and_owner, rivals_of
@@ -24,18 +25,15 @@ from brushgrip.wording.formatting import (
     candidate_parameters,
     candidate_reason,
     effect_words,
-    error_stages,
     listed,
     parameter_list,
     percent,
     signed,
-    torque_error_cells,
-    torque_error_columns,
     torque_value,
     value_with_std,
     worse_recordings,
 )
-from identification import Diagnosis, SignalCorrelation
+from identification import Diagnosis, SignalCorrelation, TorqueErrors
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,16 +77,27 @@ def friction_by_recording(friction: FrictionOutcome, diagnosis: Diagnosis) -> Re
 
 
 def settling_and_coverage_table(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTable:
-    """Figures of settling and coverage, each with what it means."""
-    headings, rows = settling_and_coverage_rows(friction)
+    """Figures of settling and coverage before → after for each group, each with what it means."""
+    rows = []
+    groups = dict(reversed(friction.groups().items()))
+    stages = (friction.before, friction.after)
+    for figure, (label, factor, text, words) in FIGURE_TEXTS.items():
+        cells = []
+        for names in groups.values():
+            means = [mean_figures(stage, names)[figure] for stage in stages]
+            pair = " → ".join("–" if mean is None else text.format(factor * mean) for mean in means)
+            known = min(sum(getattr(stage[n], figure) is not None for n in names) for stage in stages)
+            # A mean over fewer recordings than there are says so.
+            cells.append(pair + f" ({known} of {len(names)})" * (known < len(names)))
+        rows.append((label, *cells, words))
     some = any(" of " in figure for _, *figures, _ in rows for figure in figures)
     return ReportTable(
         caption="Mean over recordings: by the assumed → by the model found"
         + ". In brackets: how many recordings have the figure" * some
         + note_on_changing_friction(diagnosis),
-        headings=headings,
+        headings=["figure", *(GROUP_LABELS[group] for group in groups), "in plain words"],
         rows=rows,
-        words=(len(headings) - 1,),
+        words=(len(groups) + 1,),
     )
 
 
@@ -115,12 +124,27 @@ def friction_by_observer(tracks: Sequence[FrictionTrack]) -> ReportTable:
 
 def errors_by_stage(diagnosis: Diagnosis) -> ReportTable:
     """Mean errors of the three stages of the model."""
-    stages = error_stages(diagnosis)
+    columns = {"torque_rmse": "training [N m]", "torque_nrmse": "training [%]"}
+    if diagnosis.holdout:
+        columns |= {"holdout_torque_rmse": "validation [N m]", "holdout_torque_nrmse": "validation [%]"}
+    if diagnosis.after.unrefitted:
+        columns["holdout_torque_nrmse_unrefitted"] = "nothing adjusted [%]"
+    if diagnosis.after.left_out:
+        columns["left_out_torque_nrmse"] = "left out in turn [%]"
+    means = {stage: errors.summary() for stage, errors in error_stages(diagnosis).items()}
     return ReportTable(
         caption="Torque error, root mean square, in N m and in % of range; mean of recordings",
-        headings=("model", *torque_error_columns(diagnosis).values()),
-        rows=[(label, *torque_error_cells(diagnosis, errors)) for label, errors in stages.items()],
+        headings=("model", *columns.values()),
+        rows=[
+            (stage, *[(percent if "nrmse" in key else torque_value)(mean[key]) for key in columns])
+            for stage, mean in means.items()
+        ],
     )
+
+
+def error_stages(diagnosis: Diagnosis) -> dict[str, TorqueErrors]:
+    """Errors of each stage of the model, by its name in reports."""
+    return {"assumed": diagnosis.declared, "refitted": diagnosis.before, "found": diagnosis.after}
 
 
 def errors_by_recording(diagnosis: Diagnosis) -> ReportTable:
@@ -188,12 +212,8 @@ def candidates_table(diagnosis: Diagnosis) -> ReportTable:
         caption="Candidates as ranked: fitted coarsely, to thinned recordings, so that figures under"
         " “Effects found” differ; error in % of range",
         headings=(
-            "effect",
-            "description",
-            "parameters ± standard deviation",
-            "error",
-            "ΔBIC",
-            "outcome",
+            *("effect", "description", "parameters ± standard deviation"),
+            *("error", "ΔBIC", "outcome"),
         ),
         rows=[
             (
@@ -270,15 +290,10 @@ def command_line(provenance: Mapping[str, Any]) -> str:
 def files_read(provenance: Mapping[str, Any]) -> ReportTable:
     """Files that were read, with their digests."""
     files = [*provenance["inputs"], *filter(None, (provenance.get("rig"), provenance.get("model")))]
+    digest = Markup('<code title="{0}">{1}</code>')
     return ReportTable(
         caption="Files that were read, and the digest of the model that was written",
         headings=("file", "SHA-256, first 16 digits"),
-        rows=[
-            (
-                file["name"],
-                Markup('<code title="{0}">{1}</code>').format(file["sha256"], file["sha256"][:16]),
-            )
-            for file in files
-        ],
+        rows=[(file["name"], digest.format(file["sha256"], file["sha256"][:16])) for file in files],
         words=(1,),
     )

@@ -13,6 +13,8 @@ from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import digest_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
+from brushgrip.report.friction_summary import is_as_declared
+from brushgrip.report.provisional_friction import stiffness_cases
 from brushgrip.report.what_effects_do import (
     MECHANISMS,
     OVER_SPEED,
@@ -27,8 +29,6 @@ from identification.diagnosis.from_search import BEYOND_RANGE
 from identification.diagnosis.graded_effects import ASSUMED
 from symbolic import EFFECTS, InvalidInputError
 
-MEANING = ", how steeply the torque rises before anything slides, is"
-"""What the stiffness k is, behind its name."""
 LEFT_OUT = "What the assumed model leaves out"
 """Label of `missing_effects`."""
 ALLOWED_FOR = "; friction above allows for it"
@@ -78,15 +78,6 @@ def validity(diagnosis: Diagnosis, slide_rate: float | None, slide_speed: float 
         f"A wheel that stands and is steered as in these recordings{at}{sliding}; not for driving"
         " speed, rain or other ground."
     )
-
-
-def stiffness_cases(diagnosis: Diagnosis) -> list[str]:
-    """The stiffness beyond its tolerance, then each thing that it may mean; of several, only those."""
-    notes = [note for note in diagnosis.notes if note.startswith(OFF_STIFFNESS)]
-    if len(notes) != 1:
-        return [sentence(note) for note in notes]
-    head, _, cases = notes[0].replace(" is", MEANING, 1).partition(": ")
-    return [sentence(one) for one in (f"{head}; these recordings do not tell why", *cases.split("; "))]
 
 
 def band_caveats(diagnosis: Diagnosis) -> list[str]:
@@ -205,8 +196,7 @@ def _family_of(name: str) -> str:
 def benefit_for_friction(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     """What the model found changes for friction, in a sentence; empty where it changes nothing."""
     declared, found = (list(outcome.tracks_of(label).values()) for label in (EKF_DECLARED, EKF_FOUND))
-    as_declared = diagnosis.of_car and outcome.inclination is None
-    if as_declared or not diagnosis.effects or not declared or not found:
+    if is_as_declared(outcome, diagnosis) or not diagnosis.effects or not declared or not found:
         return ""
     return (
         f"A value of friction comes out in {_known(found)} by the model found; in {_known(declared)} by"
@@ -221,7 +211,7 @@ def _known(tracks: Sequence[FrictionTrack]) -> str:
         return f"none of {len(tracks)} recordings"
     first = sorted(float(track.t[track.usable_since]) for track in known)
     since = " to ".join(dict.fromkeys(f"{at:.1f}" for at in (first[0], first[-1])))
-    part = sum(track.last_usable != track.t.size - 1 for track in known)
+    part = sum(track.ends_early for track in known)
     ends = f", in {part} lost again before the end" * bool(part)
     return f"{len(known)} of {len(tracks)} recordings (first after {since} s{ends})"
 

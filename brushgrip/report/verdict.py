@@ -6,13 +6,16 @@ from typing import NamedTuple
 
 from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
-from brushgrip.report.friction_summary import load_trend_in_words
+from brushgrip.report.friction_summary import load_trend_in_words, recordings_differ
+from brushgrip.report.provisional_friction import other_stiffness
 from brushgrip.wording.diagnosis_in_words import (
-    is_unconfirmed,
+    doubtful_effects,
+    is_single,
     judging_may_be_of_another_wheel,
+    note_on,
     unexplained_is_larger,
 )
-from brushgrip.wording.formatting import effect_words, listed, percent, sentence
+from brushgrip.wording.formatting import listed, percent, sentence
 from identification import Diagnosis
 from identification.diagnosis.declared_values import says_declared_value_is_off
 from identification.diagnosis.from_search import BEYOND_RANGE
@@ -42,13 +45,11 @@ class Doubt(NamedTuple):
     """Those that alone it is of; empty where it is of all."""
 
 
-def verdict(
-    diagnosis: Diagnosis, outcome: FrictionOutcome, stiffness: str = ""
-) -> tuple[str, list[str]]:
-    """One of the verdicts, and why, an item each; `stiffness` says what k makes of friction."""
-    if not any(map(outcome.known_tracks, outcome.grounds)):
+def verdict(diagnosis: Diagnosis, outcome: FrictionOutcome) -> tuple[str, list[str]]:
+    """One of the verdicts, and why, an item each."""
+    if not outcome.is_known:
         return NOTHING, []
-    grave, unknown = _grave(diagnosis, outcome, stiffness), _unknown_cause(diagnosis)
+    grave, unknown = _grave(diagnosis, outcome), _unknown_cause(diagnosis)
     told = diagnosis.unexplained.present and unknown not in grave
     evidence, effects = _of_evidence(diagnosis, outcome), _of_effects(diagnosis)
     doubts = [*grave, *[unknown] * told, *evidence, *effects, *_of_recordings(diagnosis, outcome)]
@@ -67,24 +68,23 @@ def verdict(
     return NOT_YET if grave else CARE, why
 
 
-def _grave(diagnosis: Diagnosis, outcome: FrictionOutcome, stiffness: str) -> list[Doubt]:
+def _holding(*cases: tuple[object, str, str]) -> list[Doubt]:
+    """The doubts of those cases that hold: a case holds by what comes first in it."""
+    return [Doubt(reason, before) for holds, reason, before in cases if holds]
+
+
+def _grave(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[Doubt]:
     """Doubts by which friction may be quite another."""
-    notes, whole = diagnosis.notes, "car" if diagnosis.of_car else "rig"
-    doubts = []
-    if any(note.startswith(SUSPECTED) for note in notes):
-        doubts.append(Doubt("an input looks wrong, which may make it void", "it is mended"))
-    if diagnosis.stiffness_ratio != 1:
-        doubts.append(Doubt(stiffness, f"the {whole} is checked"))
-    if any(note.startswith(MAY_END) for note in notes):
-        doubts.append(
-            Doubt(
-                "the torque may end by its sensor, and friction may be higher than told",
-                "the sensor's range is checked",
-            )
-        )
+    whole, unknown = "car" if diagnosis.of_car else "rig", diagnosis.unexplained
     few = sum(len(outcome.known_tracks(ground)) for ground in outcome.grounds) < MIN_RECORDINGS
-    unknown = diagnosis.unexplained
     much = unknown.structured > MUCH or (few and unexplained_is_larger(diagnosis))
+    stiffness = other_stiffness(diagnosis, outcome)
+    ends = "the torque may end by its sensor, and friction may be higher than told"
+    doubts = _holding(
+        (note_on(diagnosis, SUSPECTED), "an input looks wrong, which may make it void", "it is mended"),
+        (diagnosis.stiffness_ratio != 1, stiffness, f"the {whole} is checked"),
+        (note_on(diagnosis, MAY_END), ends, "the sensor's range is checked"),
+    )
     return [*doubts, *[_unknown_cause(diagnosis)] * (unknown.present and much)]
 
 
@@ -99,116 +99,83 @@ def _unknown_cause(diagnosis: Diagnosis) -> Doubt:
 
 def _of_evidence(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[Doubt]:
     """Doubts as there are few recordings."""
-    if len(diagnosis.recordings) + len(diagnosis.holdout) == 1:
+    if is_single(diagnosis):
         return [Doubt("it rests on one recording, which nothing checks", "a second one agrees")]
     known = {ground: len(outcome.known_tracks(ground)) for ground in outcome.grounds}
     if few := [ground for ground, count in known.items() if ground and 0 < count < MIN_RECORDINGS]:
-        return [
-            Doubt(
-                f"on {listed(few)} fewer than {MIN_RECORDINGS} recordings give a value, too few"
-                " to say what one more would give",
-                f"{MIN_RECORDINGS} recordings on {listed(few)} give one",
-                tuple(few),
-            )
-        ]
-    if known.get(""):
-        return [
-            Doubt(
-                "each value is that of its recording alone, as no ground is named",
-                f"{MIN_RECORDINGS} recordings of a ground (--ground NAME) give a ± for one more",
-            )
-        ]
-    return []
+        reason = (
+            f"on {listed(few)} fewer than {MIN_RECORDINGS} recordings give a value, too few to say what"
+            " one more would give"
+        )
+        return [Doubt(reason, f"{MIN_RECORDINGS} recordings on {listed(few)} give one", tuple(few))]
+    unnamed = "each value is that of its recording alone, as no ground is named"
+    named = f"{MIN_RECORDINGS} recordings of a ground (--ground NAME) give a ± for one more"
+    return _holding((known.get(""), unnamed, named))
 
 
 def _of_effects(diagnosis: Diagnosis) -> list[Doubt]:
     """Doubts by what was found, and by what was declared."""
-    doubts = []
-    if any(note.startswith(BEYOND_RANGE) for note in diagnosis.notes):
-        doubts.append(
-            Doubt(
-                "full slide is beyond the sensor's range, so that friction is inferred from what"
-                " is below",
-                "a larger sensor has measured it",
-            )
-        )
-    if diagnosis.inclination is not None:
-        doubts.append(
-            Doubt(
-                "the steering axes seem to be inclined otherwise than declared",
-                "their inclination is checked",
-            )
-        )
-    if any(map(says_declared_value_is_off, diagnosis.notes)):
-        doubts.append(
-            Doubt(
-                "the recordings want a length, a load or a zero other than declared",
-                "that is measured (see the notes)",
-            )
-        )
-    elif judging_may_be_of_another_wheel(diagnosis):
-        doubts.append(
-            Doubt(
-                "with nothing adjusted what was found hardly helps on the validation recordings",
-                "it is checked that they are of the same wheel, load and ground",
-            )
-        )
-    if any(note.startswith(STOPPED_EARLY) for note in diagnosis.notes):
-        doubts.append(Doubt("the fit stopped early", "a fit has come to its end"))
+    off = any(map(says_declared_value_is_off, diagnosis.notes))
+    doubts = _holding(
+        (
+            note_on(diagnosis, BEYOND_RANGE),
+            "full slide is beyond the sensor's range, so that friction is inferred from what is below",
+            "a larger sensor has measured it",
+        ),
+        (
+            diagnosis.inclination is not None,
+            "the steering axes seem to be inclined otherwise than declared",
+            "their inclination is checked",
+        ),
+        (
+            off,
+            "the recordings want a length, a load or a zero other than declared",
+            "that is measured (see the notes)",
+        ),
+        (
+            not off and judging_may_be_of_another_wheel(diagnosis),
+            "with nothing adjusted what was found hardly helps on the validation recordings",
+            "it is checked that they are of the same wheel, load and ground",
+        ),
+        (note_on(diagnosis, STOPPED_EARLY), "the fit stopped early", "a fit has come to its end"),
+    )
     if diagnosis.of_car:  # Its friction is by the vehicle, without the effects found.
         return doubts
-    odd = [e for e in diagnosis.effects if e.grade == "stands_in"]
+    unconfirmed, weak, odd = doubtful_effects(diagnosis)
     some = "corrections" if len(odd) > 1 else "a correction"
-    groups = {
-        f"the model has {some} whose cause is not known": odd,
-        "the model allows for {}, which the recordings that judge do not confirm": [
-            e for e in diagnosis.effects if is_unconfirmed(e)
-        ],
-        "the model allows for {}, which may be chance": [
-            e for e in diagnosis.effects if e.grade == "weak" and not is_unconfirmed(e)
-        ],
-    }
-    for why, effects in groups.items():
-        if names := [effect_words(effect.name) for effect in effects]:
-            more = Doubt(why.format(listed(names)), "more recordings have settled that")
-            doubts.append(more)
-    return doubts
+    allows, settled = "the model allows for", "more recordings have settled that"
+    return doubts + _holding(
+        (odd, f"the model has {some} whose cause is not known", settled),
+        (
+            unconfirmed,
+            f"{allows} {listed(unconfirmed)}, which the recordings that judge do not confirm",
+            settled,
+        ),
+        (weak, f"{allows} {listed(weak)}, which may be chance", settled),
+    )
 
 
 def _of_recordings(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[Doubt]:
     """Doubts by how recordings differ, or as some give no value."""
-    doubts, tracks = [], outcome.tracks_of().values()
+    doubts = []
     for ground, one in outcome.bands().items():
         half = one.further or 0.0
-        if half > WIDE * one.mu_eff and (one.scatter_share or 0.0) > 0.5:
-            doubts.append(
-                Doubt(
-                    f"the {one.recordings} recordings on {ground} differ so much that the ± is"
-                    f" {100 * half / one.mu_eff:.0f} % of friction",
-                    f"more recordings on {ground} have narrowed its ±",
-                    (ground,),
-                )
-            )
-        elif half > WIDE * one.mu_eff:
-            doubts.append(
-                Doubt(
-                    f"the ± on {ground} is {100 * half / one.mu_eff:.0f} % of friction",
-                    f"that on {ground} is narrower",
-                    (ground,),
-                )
-            )
-    if load_trend_in_words(outcome, diagnosis):
-        doubts.append(Doubt("friction goes with the load", "it is known at the load that counts"))
-    if never := [track.name for track in tracks if track.last_usable is None]:
-        doubts.append(Doubt(f"{_named(never)} gave no value", "it is known why (see below)"))
-    ended = [
-        track.name
-        for track in tracks
-        if track.last_usable not in (None, track.t.size - 1) and Status.INCONSISTENT in track.last_status
-    ]
-    if ended:
-        doubts.append(Doubt(f"the model does not explain the end of {_named(ended)}", "it is known why"))
-    return doubts
+        if half <= WIDE * one.mu_eff:
+            continue
+        reason, before = f"the ± on {ground} is", f"that on {ground} is narrower"
+        if recordings_differ(one):
+            reason = f"the {one.recordings} recordings on {ground} differ so much that the ± is"
+            before = f"more recordings on {ground} have narrowed its ±"
+        share = f"{100 * half / one.mu_eff:.0f} % of friction"
+        doubts.append(Doubt(f"{reason} {share}", before, (ground,)))
+    never, tracks = outcome.never_known(), outcome.tracks_of().values()
+    ended = [t.name for t in tracks if t.ends_early and Status.INCONSISTENT in t.last_status]
+    trend = load_trend_in_words(outcome, diagnosis)
+    return doubts + _holding(
+        (trend, "friction goes with the load", "it is known at the load that counts"),
+        (never, f"{_named(never)} gave no value", "it is known why (see below)"),
+        (ended, f"the model does not explain the end of {_named(ended)}", "it is known why"),
+    )
 
 
 def _named(names: Sequence[str]) -> str:
@@ -217,7 +184,7 @@ def _named(names: Sequence[str]) -> str:
 
 def _provided(diagnosis: Diagnosis) -> str:
     """What friction without a doubt rests on, in a sentence."""
-    assumed = next((note for note in diagnosis.notes if note.startswith(ASSUMED)), "")
+    assumed = note_on(diagnosis, ASSUMED)
     sound = "Nothing in these recordings speaks against it."
     if not assumed:
         return f"{sound} The ± holds if what was declared is right to its tolerance."

@@ -15,11 +15,9 @@ from brushgrip.estimation.friction_by_direction import (
     hidden_by_zero,
 )
 from brushgrip.estimation.observe_recording import (
-    Aligning,
+    ObserverFactory,
     friction_track,
     observe,
-    observer_factory,
-    torque_channel_name,
 )
 from brushgrip.estimation.suspicious_recordings import (
     constant_load,
@@ -37,7 +35,6 @@ from brushgrip.estimation.suspicious_recordings import (
 )
 from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.option_choices import ObserverName
-from brushgrip.inputs.option_values import ChosenTuning
 from brushgrip.outputs.atomic import check_png_name, staged_files, with_picture, write_utf8
 from brushgrip.outputs.console import Progress, progress
 from brushgrip.outputs.standard_streams import REMARKS
@@ -53,11 +50,11 @@ from brushgrip.wording.friction_in_words import (
     unusable_samples_and_remedy,
 )
 from brushgrip.wording.recording_remarks import BETWEEN, recording_remark
-from brushgrip.wording.usable_stretches import last_usable
 from identification import Recording, read_rig
 from identification.diagnosis.found_stiffness import stiffness_note
 from identification.selection.trial_runner import Submit, as_completed, workers
 from observers import ESTIMATE, DirectionalFriction
+from observers.quality.usable_stretches import last_usable
 from symbolic import BrushgripError, InvalidInputError
 
 
@@ -67,9 +64,8 @@ class EstimateTask:
 
     inputs: Inputs
     observer: ObserverName
-    tuning: ChosenTuning | None  # None for the usual.
+    factory: ObserverFactory  # Of that observer.
     smooth: bool
-    aligning: Aligning | None  # How M_z is measured; None for the usual.
     out: Path | None
     picture: Path | None = None
     budget: bool = False  # Whether to tell what the band is made of.
@@ -155,9 +151,8 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     recording = _read(task.inputs)
     for line in implausibility_lines([recording]):
         raise InvalidInputError(line)
-    found = task.inputs.found()
+    found, factory = task.inputs.found(), task.factory
     with staged_files([path for path in (task.out, task.picture) if path]) as stages:
-        factory = observer_factory(task.observer, task.tuning, task.aligning)
         estimates = observe(factory, recording, found, smoothed=task.smooth)
         if task.out:
             columns = {name: getattr(estimates, name) for name in ("t", *ESTIMATE)}
@@ -175,12 +170,13 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
         cause = cause or suspected_cause(factory, recording, found, estimates) or doubts[0]
         cause = cause or hidden_by_zero(observer, estimates)
         cause = cause or why_not_acquired(observer, recording, estimates)
-    number, why = unusable_samples_and_remedy(estimates, noise, rates, cause, of_car=of_car)
+    unusable = unusable_samples_and_remedy(estimates, noise, rates, cause, of_car=of_car)
+    number, why = unusable
     aligning, directed, line = getattr(observer, "measurement_model", None), dict[str, str | float](), ""
     if by_direction := isinstance(aligning, DirectionalFriction):
         directed, line = directional_friction_and_line(estimates, recording.psi, recording.M_z, aligning)
     way = str(directed.get("direction", ""))
-    told = [estimates_summary(estimates, noise, rates, cause, of_car=of_car, way=way), line]
+    told = [estimates_summary(estimates, unusable, rates, way), line]
     if task.budget and not task.smooth:
         budget = friction_budget(factory, recording, found, estimates)
         advised = ", or find what the model lacks (brushgrip diagnose)" * of_found
@@ -216,7 +212,6 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
 def _read(inputs: Inputs) -> Recording:
     """The recording with its aligning or steering torque; without both, the message asks for M_z."""
     (recording,) = inputs.recordings(torque_required=False, causal=True)
-    torque = getattr(recording, torque_channel_name(recording))
-    if torque is None or not np.isfinite(torque).any():
+    if not np.isfinite(recording.recorded_torque).any():
         (recording,) = inputs.recordings(causal=True)
     return recording

@@ -11,9 +11,9 @@ from brushgrip.estimation.friction_by_direction import OF_DIRECTIONS
 from brushgrip.running.row_spool import Row
 from brushgrip.wording.formatting import csv_field
 from brushgrip.wording.friction_in_words import undeclared_sensor_note
-from brushgrip.wording.usable_stretches import last_usable, usable_since
 from identification import Recording
 from observers import Estimates, Status
+from observers.quality.usable_stretches import last_usable, usable_since
 
 FLAGS = {
     name: Status[name.upper()]

@@ -1,6 +1,6 @@
 """The result of a diagnosis, and what an observer takes of it, in sentences as sure as its figures."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from string import ascii_uppercase
 
@@ -104,15 +104,17 @@ def _found(diagnosis: Diagnosis) -> str:
         missed = [_family(name, [e for e in clear if e.family == name]) for name in families]
         parts.append(f"The assumed model lacks {listed(missed)}")
     if weak:
-        parts.append(f"{'there are ' if clear else 'There are only '}weak signs of {_plain_list(weak)}")
+        parts.append(
+            f"{'there are ' if clear else 'There are only '}weak signs of {listed(_names(weak))}"
+        )
     if odd:
-        names = f"{_plain_list(odd)} {'is a stand-in' if len(odd) == 1 else 'are stand-ins'}"
+        names = f"{listed(_names(odd))} {'is a stand-in' if len(odd) == 1 else 'are stand-ins'}"
         parts.append(names if parts else names[:1].upper() + names[1:])
     return "; ".join(parts)
 
 
-def _plain_list(effects: list[FoundEffect]) -> str:
-    return listed([effect_words(effect.name) for effect in effects])
+def _names(effects: Iterable[FoundEffect]) -> list[str]:
+    return [effect_words(effect.name) for effect in effects]
 
 
 def _family(name: str, effects: list[FoundEffect]) -> str:
@@ -192,6 +194,24 @@ def is_unconfirmed(effect: FoundEffect) -> bool:
     errors, off = effect.standard_errors, effect.deviations
     few = errors is not None and errors < CLEAR_ERRORS
     return effect.grade == "weak" and few and off is not None and off >= CLEAR_ERRORS
+
+
+def doubtful_effects(diagnosis: Diagnosis) -> tuple[list[str], list[str], list[str]]:
+    """Names in words of unconfirmed effects, of other weak ones, and of stand-ins."""
+    unconfirmed = [e for e in diagnosis.effects if is_unconfirmed(e)]
+    weak = [e for e in diagnosis.effects if e.grade == "weak" and e not in unconfirmed]
+    odd = [e for e in diagnosis.effects if e.grade == "stands_in"]
+    return _names(unconfirmed), _names(weak), _names(odd)
+
+
+def is_single(diagnosis: Diagnosis) -> bool:
+    """Whether there is one recording, which nothing judges."""
+    return len(diagnosis.recordings) + len(diagnosis.holdout) == 1
+
+
+def note_on(diagnosis: Diagnosis, beginning: str) -> str:
+    """The first note of a diagnosis that begins so; empty where none does."""
+    return next((note for note in diagnosis.notes if note.startswith(beginning)), "")
 
 
 def _why_weak(effect: FoundEffect) -> str:

@@ -10,7 +10,7 @@ from typing import Any, TypeGuard
 
 from numpy.typing import NDArray
 
-from identification import Candidate, Diagnosis, FreeDecay, ParameterEstimate, TorqueErrors
+from identification import Candidate, Diagnosis, FreeDecay, ParameterEstimate
 from identification.diagnosis.graded_effects import UNRECORDED_LOAD
 from identification.free_decay.results import IdentifiedParameter
 from identification.residuals.partial_correlations import MIN_STRUCTURE_SHARE
@@ -140,33 +140,6 @@ def unrefitted_error(diagnosis: Diagnosis) -> float | None:
     error, refitted = (fmean(of[name] for name in names) for of in (nothing, judged))
     hidden = error > MAX_UNREFITTED_RATIO * refitted and error - refitted > MIN_STRUCTURE_SHARE
     return error if hidden else None
-
-
-def error_stages(diagnosis: Diagnosis) -> dict[str, TorqueErrors]:
-    """Errors of each stage of the model, by its name in reports."""
-    return {"assumed": diagnosis.declared, "refitted": diagnosis.before, "found": diagnosis.after}
-
-
-def torque_error_columns(diagnosis: Diagnosis) -> dict[str, str]:
-    """Headings of the errors in a diagnosis, by their key in a summary."""
-    columns = {"torque_rmse": "training [N m]", "torque_nrmse": "training [%]"}
-    if diagnosis.holdout:
-        columns["holdout_torque_rmse"] = "validation [N m]"
-        columns["holdout_torque_nrmse"] = "validation [%]"
-    if diagnosis.after.unrefitted:
-        columns["holdout_torque_nrmse_unrefitted"] = "nothing adjusted [%]"
-    if diagnosis.after.left_out:
-        columns["left_out_torque_nrmse"] = "left out in turn [%]"
-    return columns
-
-
-def torque_error_cells(diagnosis: Diagnosis, errors: TorqueErrors) -> list[str]:
-    """The errors of one stage of the model, in the order of `torque_error_columns`."""
-    figures = errors.summary()
-    return [
-        (percent if "nrmse" in key else torque_value)(figures[key])
-        for key in torque_error_columns(diagnosis)
-    ]
 
 
 def judging_error_name(diagnosis: Diagnosis) -> tuple[str, str]:

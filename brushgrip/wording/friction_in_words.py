@@ -6,17 +6,17 @@ from collections.abc import Mapping
 import numpy as np
 
 from brushgrip.wording.formatting import band_decimals
-from brushgrip.wording.usable_stretches import (
+from observers import Estimates, Status
+from observers.estimates import BAND_STDS
+from observers.planning.uncertainty_budget import REST, SLOPE
+from observers.protocol import UNCHECKED, uninformed_remedy
+from observers.quality.usable_stretches import (
     ground_before,
     last_ground,
     last_usable,
     misfits,
     usable_since,
 )
-from observers import Estimates, Status
-from observers.estimates import BAND_STDS
-from observers.planning.uncertainty_budget import REST, SLOPE
-from observers.protocol import UNCHECKED, uninformed_remedy
 from observers.tuning import OF_LENGTHS, OF_LOAD, OF_SCALE, OF_TUNING
 from symbolic import Rig
 
@@ -140,17 +140,14 @@ def status_in_words(status: Status) -> str:
 
 
 def estimates_summary(
-    estimates: Estimates, noise: str = "", rates: str = "", cause: str = "", *, of_car: bool = False,
-    way: str = "",
-) -> str:  # fmt: skip
+    estimates: Estimates, unusable: tuple[int, str], rates: str = "", way: str = ""
+) -> str:
     """Friction by the last usable sample, rejected ones, and the remedy of the most frequent fault.
 
     Args:
         estimates: of a recording.
-        noise: what mends a torque that the model does not explain, before other remedies.
-        rates: of torque and angle where they differ; a sample without a torque is then no fault.
-        cause: of what looks wrong with an input, or why nothing is usable, in place of all that may.
-        of_car: remedies name what a vehicle file declares.
+        unusable: what `unusable_samples_and_remedy` says of them.
+        rates: of torque and angle where they differ.
         way: one of `WAYS`, that of friction; empty where it is of no direction.
     """
     parts = [_last_friction(estimates, way)]
@@ -162,11 +159,10 @@ def estimates_summary(
     if changes > 1 or (changes and (doubted or not (known and before))):
         of_model = " or misfits of the model" * doubted
         parts.append(f"{changes} {_plural(changes, 'change')} of the ground{of_model}")
-    line = ", ".join(parts) + told * bool(known and before)
-    if np.isnan(estimates.mu_std).all():
-        return f"{line}; {UNCHECKED}"
+    line, (number, why) = ", ".join(parts) + told * bool(known and before), unusable
+    if why == UNCHECKED:
+        return f"{line}; {why}"
     line += f"; {rates}" * bool(rates)
-    number, why = unusable_samples_and_remedy(estimates, noise, rates, cause, of_car=of_car)
     why = why.replace(", try --by-direction" * bool(way), "")
     return f"{line}; {number} {_plural(number, 'sample')} not usable: {why}" if number else line
 
@@ -174,7 +170,15 @@ def estimates_summary(
 def unusable_samples_and_remedy(
     estimates: Estimates, noise: str = "", rates: str = "", cause: str = "", *, of_car: bool = False
 ) -> tuple[int, str]:
-    """How many samples the gravest or most frequent fault kept from use, and its remedy; as above."""
+    """How many samples the gravest or most frequent fault kept from use, and its remedy.
+
+    Args:
+        estimates: of a recording.
+        noise: what mends a torque that the model does not explain, before other remedies.
+        rates: of torque and angle where they differ; a sample without a torque is then no fault.
+        cause: of what looks wrong with an input, or why nothing is usable, in place of all that may.
+        of_car: remedies name what a vehicle file declares.
+    """
     if np.isnan(estimates.mu_std).all():
         return estimates.t.size, UNCHECKED
     counts = {flag: int(np.count_nonzero(estimates.status & flag)) for flag in Status if flag}

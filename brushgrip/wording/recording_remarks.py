@@ -3,7 +3,7 @@
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import product
-from math import nan
+from math import inf, nan
 from statistics import median
 from typing import Any
 
@@ -11,9 +11,10 @@ import numpy as np
 
 from brushgrip.wording.formatting import is_figure
 from brushgrip.wording.friction_in_words import WAYS, change_in_words, friction_before, with_95_band
-from brushgrip.wording.friction_of_a_ground import further_recording
-from brushgrip.wording.usable_stretches import last_usable
-from observers import Estimates, ground_friction
+from observers import Estimates, GroundFriction, ground_friction
+from observers.estimates import BAND_STDS
+from observers.quality.friction_across_recordings import MIN_RECORDINGS
+from observers.quality.usable_stretches import last_usable
 
 SIGNS = dict(zip(WAYS, "+−", strict=True))
 FEW = 0.1
@@ -100,6 +101,25 @@ def with_early_end(row: Mapping[str, Any], usual: float) -> Mapping[str, Any]:
         return row
     text = f"ends early, after {seconds:.2g} s: half of all last {usual:.2g} s or more"
     return {**row, "remark": BETWEEN.join(filter(None, (row["remark"], text)))}
+
+
+def prediction_band(friction: GroundFriction) -> str:
+    """Friction of a ground with the band of a further recording; no friction is below nothing."""
+    low, half = friction.mu_eff, inf if friction.further is None else friction.further
+    return with_95_band(low, half / BAND_STDS) if half < low else f"up to {low + half:.2f}"
+
+
+def further_recording(ground: str, friction: GroundFriction | None, recordings: int) -> str:
+    """Friction of a ground for a further recording, of so many, in one line."""
+    known = 0 if friction is None else friction.recordings
+    if friction is None or friction.further is None:
+        return (
+            f"note on {ground}: no band for a further recording yet, which takes {MIN_RECORDINGS}"
+            f" recordings with usable friction; here {known} of {recordings}"
+        )
+    of = "" if known == recordings else f" of {recordings}"
+    band = prediction_band(friction)
+    return f"{ground}: mu_eff {band} for a further recording, from {known}{of} recordings"
 
 
 def friction_of_grounds(rows: Sequence[Mapping[str, Any]]) -> list[str]:

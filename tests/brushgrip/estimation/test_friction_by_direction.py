@@ -10,9 +10,9 @@ from brushgrip.estimation.friction_by_direction import directional_friction_and_
 from brushgrip.estimation.observe_recording import model_observer, observe, observer_factory
 from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.wording.friction_in_words import estimates_summary
-from brushgrip.wording.usable_stretches import last_usable
 from identification import Recording
 from observers import DirectionalFriction, Ekf, Status
+from observers.quality.usable_stretches import last_usable
 from symbolic import Rig, Tolerances, Tyre
 from tests.brushgrip.factories import rising
 
@@ -100,7 +100,9 @@ def test_friction_of_each_direction_is_of_the_last_ground() -> None:
     )
     assert row["mu_eff_negative"] == pytest.approx(1.184, abs=1e-3)
     assert (row["direction"], row["weaker"]) == ("positive", pytest.approx(1 - 1.184 / 1.25, abs=2e-3))
-    assert "(95 % band) turning to positive psi at the end" in estimates_summary(seen, way="positive")
+    assert "(95 % band) turning to positive psi at the end" in estimates_summary(
+        seen, (0, ""), way="positive"
+    )
     # Exchanged where the angle turns back, mu is not of the direction whose torque is not let off yet.
     later = replace(seen, M_z_predicted=np.where(np.arange(20) < 17, 1.0, -1.0))
     _, line = directional_friction_and_line(later, psi, M_z, replace(aligning, at_reversal=True))

@@ -14,9 +14,9 @@ from brushgrip.live.row_estimation import Point, WheelRowEstimator
 from brushgrip.live.session import Session
 from brushgrip.live.session_state_in_words import LastUsable, state_line, usability_of
 from brushgrip.live.timestamp_filter import TimestampFilter, clock_time
-from brushgrip.wording.usable_stretches import HOLD
 from observers import Ekf, Estimate, Status, SteeringLimits
 from observers.protocol import prior_estimate
+from observers.quality.usable_stretches import HOLD
 from reference_rig import make_recording
 from symbolic import InvalidInputError, Model, Rig
 from tests.brushgrip.helpers import Run, write_model

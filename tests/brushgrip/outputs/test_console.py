@@ -14,7 +14,7 @@ from brushgrip.outputs import console
 from brushgrip.outputs.console import print_table, progress, say
 from brushgrip.outputs.standard_streams import spell_unencodable, stdout_fault
 from brushgrip.outputs.verbosity import flags_first
-from brushgrip.wording.formatting import torque_error_columns
+from brushgrip.report.tables import errors_by_stage
 from tests.brushgrip.factories import make_diagnosis
 from tests.brushgrip.helpers import Run
 
@@ -61,8 +61,8 @@ def test_words_of_headings_are_whole_at_80_columns(
     monkeypatch.setenv("COLUMNS", "80")
     diagnosis = make_diagnosis()
     after = replace(diagnosis.after, unrefitted={"held_c": 0.01})
-    headings = torque_error_columns(replace(diagnosis, after=after))
-    print_table("Errors", ["model", *headings.values()], [["declared", *["1.23 %"] * len(headings)]])
+    model, *headings = errors_by_stage(replace(diagnosis, after=after)).headings
+    print_table("Errors", [model, *headings], [["declared", *["1.23 %"] * len(headings)]])
     shown = capsys.readouterr().out
     assert "nothing" in shown
     assert "…" not in shown

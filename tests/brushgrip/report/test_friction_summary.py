@@ -9,7 +9,6 @@ from brushgrip.report.friction_summary import (
     last_usable_friction,
     load_trend_in_words,
     note_on_highest_loads,
-    settling_and_coverage_rows,
     usable_until,
 )
 from brushgrip.report.tables import friction_by_recording, settling_and_coverage_table
@@ -25,14 +24,15 @@ def test_training_and_held_out_recordings_are_reported_apart() -> None:
     assert before["training"]["mean"]["settling"] == 1.5
     assert before["holdout"]["mean"]["settling"] == 7.0
     assert before["holdout"]["mean"]["reference_coverage"] == pytest.approx(0.7)
-    headings, rows = settling_and_coverage_rows(make_outcome("c", "d"))
-    assert headings == ["figure", "validation", "training", "in plain words"]
-    assert rows[0][:3] == ("time to settle", "7.0 s → 1.0 s", "1.5 s → 1.0 s")
+    table = settling_and_coverage_table(make_outcome("c", "d"), make_diagnosis())
+    assert table.headings == ["figure", "validation", "training", "in plain words"]
+    assert table.rows[0][:3] == ("time to settle", "7.0 s → 1.0 s", "1.5 s → 1.0 s")
 
 
 def test_without_held_out_recordings_all_are_training() -> None:
     assert "holdout" not in make_outcome().to_dict()["before"]
-    assert settling_and_coverage_rows(make_outcome())[0] == ["figure", "training", "in plain words"]
+    table = settling_and_coverage_table(make_outcome(), make_diagnosis())
+    assert table.headings == ["figure", "training", "in plain words"]
 
 
 def test_friction_is_that_of_the_last_usable_sample() -> None:

@@ -78,7 +78,7 @@ HALF = replace(SOUND, recordings=("a",), holdout=())
         (USE, graded("ambiguous"), KNOWN, ""),
         (NOTHING, SOUND, make_outcome(tracks=(NEVER,)), ""),
         (NOT_YET, replace(SOUND, notes=(f"{SUSPECTED}: c",)), KNOWN, "An input looks wrong"),
-        (NOT_YET, replace(SOUND, stiffness_ratio=1.6), KNOWN, "K is off. Do not specify to it before"),
+        (NOT_YET, replace(SOUND, stiffness_ratio=1.6), KNOWN, "1.60 times as stiff as declared. Do not"),
         (NOT_YET, replace(SOUND, notes=(f"{MAY_END}: c",)), KNOWN, "The torque may end by its sensor"),
         (NOT_YET, unexplained(0.06), KNOWN, "unknown cause, 6.00 % of its range"),
         (CARE, unexplained(0.012), KNOWN, "have shown the unknown cause. Friction may change then."),
@@ -131,7 +131,7 @@ HALF = replace(SOUND, recordings=("a",), holdout=())
 def test_each_fact_that_speaks_against_friction_alone(
     label: str, diagnosis: Diagnosis, outcome: FrictionOutcome, why: str
 ) -> None:
-    told, reasons = verdict(diagnosis, outcome, "k is off" * (diagnosis.stiffness_ratio != 1))
+    told, reasons = verdict(diagnosis, outcome)
     reason = " ".join(reasons)
     assert (told, why in reason) == (label, True), reason
     assert ("Do not specify to it before" in reason) == (label in (CARE, NOT_YET))

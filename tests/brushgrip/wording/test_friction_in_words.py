@@ -18,10 +18,10 @@ from brushgrip.wording.friction_in_words import (
     with_95_band,
 )
 from brushgrip.wording.recording_remarks import recording_remark, remark_counts
-from brushgrip.wording.usable_stretches import last_usable
 from identification import Recording
 from observers import Estimates, Status
 from observers.planning.uncertainty_budget import REST, SLOPE
+from observers.quality.usable_stretches import last_usable
 from symbolic import Rig
 from tests.brushgrip.factories import rising
 
@@ -30,6 +30,11 @@ def row_of(seen: Estimates) -> dict[str, Any]:
     """The row of a recording in a table of many."""
     recording = SimpleNamespace(name="a", ground=None, standstills=None, rig=Rig(a=0.045, e=0.009))
     return summary_row(cast(Recording, recording), seen)
+
+
+def summary(estimates: Estimates, *given: str, rates: str = "", of_car: bool = False) -> str:
+    unusable = unusable_samples_and_remedy(estimates, *given, rates=rates, of_car=of_car)
+    return estimates_summary(estimates, unusable, rates)
 
 
 @pytest.mark.parametrize(
@@ -62,7 +67,7 @@ def row_of(seen: Estimates) -> dict[str, Any]:
     ],
 )
 def test_friction_at_the_end(options: dict[str, Any], words: str) -> None:
-    assert estimates_summary(rising(*[Status.USED] * 4, **options)) == words
+    assert summary(rising(*[Status.USED] * 4, **options)) == words
 
 
 @pytest.mark.parametrize(("after", "is_told"), [(30, True), (31, False)])
@@ -70,9 +75,9 @@ def test_friction_that_what_follows_contradicts_is_not_told(after: int, is_told:
     seen = rising(*[Status.USED] * 10, *[Status.INCONSISTENT] * after)
     usable = replace(seen, usable=seen.status == 0)
 
-    assert (last_usable(usable) == 9) == is_told == ("mu_eff = " in estimates_summary(usable))
+    assert (last_usable(usable) == 9) == is_told == ("mu_eff = " in summary(usable))
     told = "friction is not known: what was usable up to 0.09 s does not explain the torque that follows"
-    assert estimates_summary(usable).startswith(told) != is_told
+    assert summary(usable).startswith(told) != is_told
     # Another ground since then makes it a fault of that ground.
     again = replace(usable, status=np.where(seen.t == 0, int(Status.RESET), seen.status))
     assert (last_usable(again) == 9) == is_told
@@ -86,13 +91,13 @@ def test_friction_that_what_follows_contradicts_is_not_told(after: int, is_told:
 def test_how_long_the_torque_is_not_explained_after_a_value_is_told() -> None:
     seen = rising(*[Status.USED] * 20, *[Status.INCONSISTENT] * 30)
     seen = replace(seen, usable=seen.status == 0)
-    line = estimates_summary(seen)
+    line = summary(seen)
     row = row_of(seen)
     short = rising(*[Status.USED] * 120, Status.INCONSISTENT)
 
     assert row["since_usable"] == pytest.approx(0.3)
     assert " at 0.19 s, last usable, then not explained for 0.3 s, usable from 0 s, in 40" in line
-    assert "not explained for" not in estimates_summary(replace(short, usable=short.status == 0))
+    assert "not explained for" not in summary(replace(short, usable=short.status == 0))
 
 
 def test_a_torque_at_a_tenth_of_the_rate_is_counted_by_itself() -> None:
@@ -103,7 +108,7 @@ def test_a_torque_at_a_tenth_of_the_rate_is_counted_by_itself() -> None:
     assert (row["samples"], row["measured"], row["usable"], row["informed"]) == (400, 40, 0.5, 0.5)
     # Behind the last torque nothing can be usable.
     assert row["since_usable"] == 0
-    assert "usable from 2 s, in 50 % of 40 samples with a torque" in estimates_summary(slower)
+    assert "usable from 2 s, in 50 % of 40 samples with a torque" in summary(slower)
     off = replace(slower, status=np.where(slower.t < 1, int(Status.IMPLAUSIBLE | Status.MISSING), 0))
     row = row_of(off)
     assert (row["implausible"], row["wide"]) == (0.25, 1 / 3)
@@ -114,10 +119,10 @@ def test_a_new_ground_that_a_misfit_may_have_feigned() -> None:
     doubted, sure = rising(*status, last=2), rising(*status[:3], *[Status.USED] * 3, last=1)
     doubted = replace(doubted, usable=doubted.t < 0.02)
 
-    line = estimates_summary(doubted)
+    line = summary(doubted)
     assert "not known since 0.02 s: either the ground changed, or the model does not fit" in line
     assert "1 change of the ground or misfits of the model; " in line
-    assert "1 change of the ground; " in estimates_summary(sure)
+    assert "1 change of the ground; " in summary(sure)
 
 
 def changed_ground(*after: Status, known: bool = True) -> Estimates:
@@ -131,12 +136,12 @@ def changed_ground(*after: Status, known: bool = True) -> Estimates:
 
 
 def test_the_time_belongs_to_the_value_and_what_was_before_a_change_is_told() -> None:
-    line, before = estimates_summary(changed_ground()), "it was 0.70 ± 0.04 (usable from 1 s)"
+    line, before = summary(changed_ground()), "it was 0.70 ± 0.04 (usable from 1 s)"
     assert line == (
         "mu_eff = 0.15 ± 0.04 (95 % band) at the end, usable from 3 s, in 50 % of 400 samples;"
         f" before the ground changed at 2.15 s {before}"
     )
-    lost = estimates_summary(changed_ground(known=False))
+    lost = summary(changed_ground(known=False))
     assert lost.startswith(
         f"friction is not known since a new ground was noticed at 2.15 s; before, {before}, usable in 25"
     )
@@ -152,19 +157,19 @@ def test_the_time_belongs_to_the_value_and_what_was_before_a_change_is_told() ->
 
 def test_what_does_not_end_in_a_change_is_a_misfit() -> None:
     misfit = [*[Status.INCONSISTENT] * 60, *[Status.USED] * 100]
-    line = estimates_summary(changed_ground(*misfit))
+    line = summary(changed_ground(*misfit))
     assert (
         "at the end, usable steadily from 4.6 s, in 54 % of 560 samples, 1 change of the ground" in line
     )
     assert " or misfits of the model; before the ground changed or the model ceased to fit at" in line
     assert "; 60 samples not usable: model and stated error do not" in line
-    short = estimates_summary(changed_ground(*misfit[20:]))
+    short = summary(changed_ground(*misfit[20:]))
     assert "usable from 3 s" in short, "a controller keeps a value for so long"
     # What lasts too long before a change is none of it.
     late = rising(*[Status.USED] * 10, *[Status.INCONSISTENT] * 400, Status.RESET, *[Status.USED] * 100)
     late = replace(late, usable=late.status == 0)
-    assert "401 samples" not in estimates_summary(late)
-    assert "; 400 samples not usable: model and stated error" in estimates_summary(late)
+    assert "401 samples" not in summary(late)
+    assert "; 400 samples not usable: model and stated error" in summary(late)
 
 
 def test_ice_asks_for_dry_friction_and_noise_of_the_sensor() -> None:
@@ -184,7 +189,7 @@ def test_when_an_input_looked_wrong_is_told_beside_the_value() -> None:
     status = [Status.USED] * 2 + [Status.SUSPECT] * 4 + [Status.USED] * 14
     seen = rising(*status)
     when = "an input looks wrong from 0.02 to 0.05 s, {} the value told, by its unit, its sign"
-    assert f"4 samples not usable: {when.format('before')}" in estimates_summary(seen)
+    assert f"4 samples not usable: {when.format('before')}" in summary(seen)
     early = replace(seen, usable=seen.t < 0.015)
     assert when.format("after") in unusable_samples_and_remedy(early)[1]
     mended = rising(*[Status.SUSPECT] * 4, *[Status.INCONSISTENT] * 2, *[Status.USED] * 14)
@@ -202,20 +207,20 @@ def test_noise_goes_first_and_a_slower_torque_is_no_fault() -> None:
     alien = rising(*[Status.INCONSISTENT] * 2, *[Status.USED] * 2)
     slower = rising(*[Status.USED, Status.MISSING] * 2, last=2)
 
-    assert "does not explain the torque: declare it" in estimates_summary(alien, "declare it")
-    assert "raise error of the tuning to 0.1 (--tune error=0.1): with more" in estimates_summary(alien)
-    of_car = estimates_summary(alien, of_car=True)
+    assert "does not explain the torque: declare it" in summary(alien, "declare it")
+    assert "raise error of the tuning to 0.1 (--tune error=0.1): with more" in summary(alien)
+    of_car = summary(alien, of_car=True)
     assert "too small: the ground may just have changed, which is then learnt anew by itself" in of_car
     assert (
         " and where it lasts, find what the model lacks (brushgrip diagnose --vehicle), check" in of_car
     )
     slow = rising(*[Status.ACQUIRING] * 4, last=0)
-    assert estimates_summary(slow).endswith(", then k")
-    assert estimates_summary(slow, of_car=True).endswith(", then stiffness")
+    assert summary(slow).endswith(", then k")
+    assert summary(slow, of_car=True).endswith(", then stiffness")
     assert of_car.endswith("or declare a greater force_error or force_noise")
     assert "0.1" not in of_car.partition("not usable")[2]
-    assert "; 2 samples not usable: no measurement" in estimates_summary(slower)
-    assert estimates_summary(slower, rates="100 and 200 Hz").endswith(
+    assert "; 2 samples not usable: no measurement" in summary(slower)
+    assert summary(slower, rates="100 and 200 Hz").endswith(
         "usable from 0.02 s, in 50 % of 2 samples with a torque; 100 and 200 Hz"
     )
 
@@ -261,7 +266,7 @@ def test_a_narrow_band_has_a_digit_more() -> None:
 def test_faults_are_counted_and_the_most_frequent_gets_its_remedy(
     status: list[Status], words: str
 ) -> None:
-    line = estimates_summary(rising(*status, *[Status.USED] * 4))
+    line = summary(rising(*status, *[Status.USED] * 4))
 
     assert words in line
     assert "\n" not in line
@@ -271,8 +276,8 @@ def test_faults_are_counted_and_the_most_frequent_gets_its_remedy(
 def test_what_a_sound_wheel_meets_in_its_first_turns_is_not_told(flag: Status) -> None:
     sound = [Status.ACQUIRING] * 50 + [flag] * 2 + [Status.USED] * 348
 
-    assert "sample not" not in estimates_summary(rising(*sound)).replace("samples", "sample")
-    assert "5 samples not usable: " in estimates_summary(rising(*[flag] * 5, *sound[5:50], *sound[52:]))
+    assert "sample not" not in summary(rising(*sound)).replace("samples", "sample")
+    assert "5 samples not usable: " in summary(rising(*[flag] * 5, *sound[5:50], *sound[52:]))
 
 
 def test_a_suspicion_goes_before_an_acquisition_that_lasts_as_long() -> None:

@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from observers import Estimates, Status
+from observers.estimates import Estimates
+from observers.protocol import Status
 from symbolic.float_array import Array
 
 HOLD = 0.5
