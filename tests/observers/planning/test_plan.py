@@ -243,10 +243,11 @@ def test_with_noise_friction_is_known_at_the_end_of_a_plan(acquiring: Ekf) -> No
 def test_a_target_close_to_what_no_steering_lowers_is_tried_on_few_paths_and_has_a_cause(
     acquiring: Ekf,
 ) -> None:
-    tried: list[int] = []
-    told = plan(acquiring, 0.033, LIMITS, LOAD, mus=(0.1,), progress=lambda *now: tried.append(now[2]))
+    tried: list[tuple[int, int]] = []
+    told = plan(acquiring, 0.033, LIMITS, LOAD, mus=(0.1,), progress=lambda *now: tried.append(now[1:]))
 
-    assert max(tried) < 200
+    assert [done for done, _ in tried] == [*range(tried[0][1])]
+    assert len(tried) < 200
     (reason,) = told.reasons
     assert "% at best, after 6 s; its largest part is tolerances of half-length and caster, 2" in reason
     assert reason.endswith("; all that no measurement lowers is 3.26%: ask for well above that")
