@@ -68,14 +68,6 @@ def test_the_model_without_its_stand_ins_is_one_that_the_search_had(
     assert from_search._without_stand_ins(trials, found) == expected  # type: ignore[arg-type]
 
 
-@pytest.mark.long
-def test_names_what_was_planted_among_all(late: tuple[Campaign, list[Recording]]) -> None:
-    found = diagnose(late[1], jobs=1)
-
-    assert [effect.name for effect in found.effects] == ["sensor_delay"]
-    assert {candidate.name for candidate in found.candidates} == set(EFFECTS)
-
-
 def test_names_what_was_planted_and_tries_every_candidate(
     late: tuple[Campaign, list[Recording]], found: Diagnosis
 ) -> None:
