@@ -2,9 +2,8 @@
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 from urllib.parse import unquote
 
 import numpy as np
@@ -12,7 +11,6 @@ import pooch
 import pytest
 
 from brushgrip.cli.app import LISTS
-from observers import Estimate, Sample
 
 Content = TypeVar("Content")
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -36,25 +34,6 @@ class Outcome(NamedTuple):
 
 Run = Callable[..., Outcome]
 Write = Callable[..., Path]
-
-
-@dataclass(frozen=True)
-class SampleRecorder:
-    """An observer of a user's own: it keeps every sample, and estimates their number."""
-
-    samples: list[Sample] = field(default_factory=list)
-    channel: ClassVar[str] = "M_z"
-
-    def init(self, first: Sample) -> int:
-        del first
-        return 0
-
-    def step(self, state: int, sample: Sample) -> int:
-        self.samples.append(sample)
-        return state + 1
-
-    def estimate(self, state: int) -> Estimate:
-        return Estimate(mu=float(state), mu_std=0.1, M_z_predicted=0.0, informed=True)
 
 
 def with_defaults(defaults: Sequence[object], given: Sequence[object]) -> list[object]:

@@ -1,9 +1,9 @@
 """Recordings and samples made for observers, and where in them friction shows."""
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from math import inf, nan
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -78,6 +78,25 @@ MODEL_OBSERVERS: dict[str, Callable[[], Ekf | Mhe]] = {
 def acquiring_ekf() -> Ekf:
     """A filter of the declared model that acquires friction, all else as it is by default."""
     return Ekf(**DECLARED, rig=RIG)
+
+
+@dataclass(frozen=True)
+class SampleRecorder:
+    """An observer of a user's own: it keeps every sample, and estimates their number."""
+
+    samples: list[Sample] = field(default_factory=list)
+    channel: ClassVar[str] = "M_z"
+
+    def init(self, first: Sample) -> int:
+        del first
+        return 0
+
+    def step(self, state: int, sample: Sample) -> int:
+        self.samples.append(sample)
+        return state + 1
+
+    def estimate(self, state: int) -> Estimate:
+        return Estimate(mu=float(state), mu_std=0.1, M_z_predicted=0.0, informed=True)
 
 
 def wrong_and_usable(estimates: Estimates, mu: float | Array) -> NDArray[np.bool_]:

@@ -3,8 +3,6 @@
 `tests/symbolic/test_effects.py` holds those that the library has too against it, law by law.
 """
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -54,28 +52,12 @@ def test_neutral_effect_changes_nothing(name: str) -> None:
     np.testing.assert_allclose(M_z, run(drive, TRAILED).M_z, rtol=0, atol=1e-12)
 
 
-GROWN = 1 + 0.3 * (1 - np.exp(-np.array([500.0, 1500.0]) / 400.0))
-BRANCH = {"gain": 0.6, "time": 0.5}
-# A slide too short to relax in, then a rest: slip relieves spring and branch together, and the branch's
-# part of the limit fades.
-SLIDE_AND_REST = replace(turn([0.0, 500.0, 500.0]), t=np.array([0.0, 1e-12, 50.0]))
-
-
 @pytest.mark.parametrize(
     ("name", "values", "drive", "expected"),
     [
         pytest.param("rate_friction", {"c": 0.5}, slid(0.0), [-0.05], id="rate friction has a floor"),
         pytest.param("stribeck", {"ratio": 1.3, "v_s": 3e-3}, slid(1e-9), [-1.3], id="static at rest"),
         pytest.param("stribeck", {"ratio": 1.3, "v_s": 3e-3}, slid(1e3), [-1.0], id="kinetic in a rush"),
-        *(
-            pytest.param("pressure_shape", {"exponent": n}, slid(), [-4 / 3 * (n + 1) / (n + 2)])
-            for n in (1.0, 2.0, 5.0)
-        ),
-        ("viscoelastic_relaxation", BRANCH, slid(), [-1.0]),
-        ("viscoelastic_relaxation", BRANCH, SLIDE_AND_REST, [-1.0, -1 / 1.6]),
-        ("load_dependent_friction", {"n": 0.3}, slid(load=500.0), [-(1.25**0.7)]),
-        ("asymmetric_friction", {"ratio": 1.2}, turn([0.0, 500.0, -500.0]), [-1.2, 1.0]),
-        ("friction_drift", {"gain": 0.3, "scale": 400.0}, turn([0.0, 500.0, -500.0]), GROWN * [-1, 1]),
     ],
 )
 def test_full_slide(name: str, values: dict[str, float], drive: RigDrive, expected: list[float]) -> None:
@@ -83,18 +65,6 @@ def test_full_slide(name: str, values: dict[str, float], drive: RigDrive, expect
     M_z = run(drive, CENTRED, {name: values}).M_z
 
     np.testing.assert_allclose(M_z[1:] / SLIDE, expected, rtol=1e-4)
-
-
-def steady(psi_dot: float, angle: float = 6.0) -> RigDrive:
-    """Turn at a steady rate until everything slides."""
-    return turn(np.arange(0, angle, psi_dot * 0.01), psi_dot)
-
-
-def test_frictional_creep_adds_the_same_for_every_decade() -> None:
-    creep = {"frictional_creep": {"c": 0.04}}
-    slow, fast = (run(steady(w), CENTRED, creep).M_z[-1] for w in (2.0, 20.0))
-
-    assert fast - slow == pytest.approx(-0.04 * np.log(10) * SLIDE, rel=2e-3)
 
 
 def test_play_is_a_lost_way() -> None:

@@ -66,15 +66,6 @@ def test_full_slide_follows_the_friction() -> None:
     np.testing.assert_array_equal(made.mu_true, np.where(made.t < 5.0, 1.2, 0.5))
 
 
-@pytest.mark.parametrize("e", [0.0, 0.009, -0.03, 0.045])
-def test_full_slide_torque(e: float) -> None:
-    x = np.linspace(-TYRE.a, TYRE.a, 20001)
-    pressure = 3 * LOAD / (4 * TYRE.a) * (1 - (x / TYRE.a) ** 2)
-
-    expected = 1.3 * np.trapezoid(pressure * np.abs(x - e), x)
-    assert full_slide_moment(RigTyre(e=e), 1.3 * LOAD) == pytest.approx(expected, rel=1e-6)
-
-
 def test_falling_friction_cuts_the_deformation_and_rising_friction_leaves_it() -> None:
     t = np.arange(5) * 0.01
     drive = free_path(t, np.array([0.0, 0.08, 0.08, 0.08, 0.08]), load=LOAD, rate=100.0)

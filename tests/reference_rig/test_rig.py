@@ -12,12 +12,10 @@ import pytest
 from reference_rig import (
     Array,
     RigRecording,
-    RigTyre,
     add_outliers,
     constant_friction,
     delay_samples,
     drop_samples,
-    free_path,
     hand_path,
     jitter_instants,
     make_campaign,
@@ -25,24 +23,7 @@ from reference_rig import (
     make_recording,
     make_steering_recording,
     plant_effect,
-    simulate_bristles,
 )
-from tests.symbolic.oracles import Tyre, virgin_torque
-
-LOAD = 400.0
-
-
-@pytest.mark.parametrize("e", [0.0, 0.009, -0.02])
-def test_first_turn_follows_the_closed_form(e: float) -> None:
-    tyre = RigTyre(e=e)
-    psi = np.linspace(0, 0.5, 41)
-
-    drive = free_path(np.arange(psi.size) * 0.01, psi, load=LOAD, rate=100.0)
-    M_z = simulate_bristles(drive, tyre, bristles=4000).M_z
-
-    expected = [virgin_torque(angle, LOAD, Tyre(**vars(tyre))) for angle in psi]
-    np.testing.assert_allclose(M_z, expected, atol=3e-6 * np.ptp(expected))
-    assert np.all(M_z[1:] < 0)
 
 
 @pytest.mark.parametrize("seed", range(8))

@@ -1,88 +1,25 @@
-"""The steered wheel against mechanics: oscillation, decay, balance, energy, runaway, convergence."""
+"""The steered wheel: hand, ground, samples; its motion is in `tests/symbolic/test_wheel_dynamics.py`."""
 
 import numpy as np
 import pytest
 
-from reference_rig import MOTION_STEP as STEP
 from reference_rig import (
-    Array,
     Grip,
     Hand,
     RigTyre,
-    SteeredMotion,
     SteeringRecording,
-    Wheel,
     friction_step,
     full_slide_moment,
     hand_path,
     jitter_instants,
     make_steering_recording,
-    simulate_steering,
 )
 
-LOAD = 400.0
 TYRE = RigTyre()
-WHEEL = Wheel()
-STIFFNESS = 2 * TYRE.a * TYRE.k * (TYRE.e**2 + TYRE.a**2 / 3)
-"""Sticking, q = -(x - e) psi: M_z = -psi times the integral of k (x - e)² over the patch [N m/rad]."""
-FULL = full_slide_moment(TYRE, TYRE.mu * LOAD)
-
-
-def push(torque: Array, wheel: Wheel = WHEEL) -> SteeredMotion:
-    """Impose a torque at constant load and friction."""
-    n = len(torque)
-    return simulate_steering(torque, np.full(n, LOAD), np.full(n, TYRE.mu), wheel=wheel)
-
-
-def plucked(wheel: Wheel) -> SteeredMotion:
-    """A push so short and weak that every bristle sticks in what follows."""
-    return push(np.where(np.arange(20001) < 10, 0.2, 0.0), wheel)
-
-
-def swaying(count: int, level: float) -> Array:
-    """A torque of two tones, up to a level [N m]."""
-    t = np.arange(count) * STEP
-    return level / 2 * (np.sin(5.0 * t) + np.sin(8.3 * t))
-
-
-def crossings(motion: SteeredMotion) -> Array:
-    """Instants at which the angle passes zero upwards [s], after the push."""
-    psi = motion.psi
-    up = np.flatnonzero((psi[:-1] < 0) & (psi[1:] >= 0))
-    return motion.t[up] - psi[up] * STEP / (psi[up + 1] - psi[up])
 
 
 def clean(seed: int = 3, **settings: object) -> SteeringRecording:
     return make_steering_recording(seed, noise=0.0, encoder_step=0.0, **settings)  # type: ignore[arg-type]
-
-
-def test_damped_wheel_decays() -> None:
-    motion = plucked(WHEEL)
-    decay = WHEEL.b_t / (2 * WHEEL.J_A)
-    period = 2 * np.pi / np.sqrt(STIFFNESS / WHEEL.J_A - decay**2)
-
-    times = crossings(motion)
-    speeds = np.interp(times, motion.t, motion.psi_dot)
-
-    np.testing.assert_allclose(np.diff(times), period, rtol=1e-4)
-    np.testing.assert_allclose(np.diff(np.log(speeds)), -decay * period, rtol=1e-3)
-    assert len(times) > 8
-
-
-def test_work_is_motion_damping_and_friction() -> None:
-    motion = push(swaying(50001, 1.1 * FULL))
-
-    def work(torque: Array) -> Array:
-        power = torque * motion.psi_dot
-        return np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * STEP)])
-
-    kinetic = 0.5 * WHEEL.J_A * motion.psi_dot**2
-    into_patch = work(-motion.M_z)
-    spent = kinetic + WHEEL.b_t * work(motion.psi_dot) + into_patch
-    np.testing.assert_allclose(work(motion.M), spent, rtol=0, atol=1e-5 * spent[-1])
-    # A virgin patch has nothing to give.
-    assert into_patch.min() > -1e-12
-    assert into_patch[-1] > 1.0
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=pytest.mark.long) for n in range(1, 6))])

@@ -17,7 +17,6 @@ from brushgrip.estimation.assumed_and_found_friction import (
 from brushgrip.estimation.friction_budget import declared_values_in_words
 from brushgrip.inputs.command_inputs import gather_inputs
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
-from symbolic.vehicle.steering import pinion_of_rack
 from tests.brushgrip.factories import make_diagnosis
 from tests.brushgrip.helpers import Run, table_of
 from tests.columns import write_columns
@@ -68,36 +67,6 @@ def test_from_a_log_to_friction_in_one_command(run: Run, tmp_path: Path, name: s
     # Those that are not told are less than a tenth of it each; the others are rounded to 0.01.
     assert np.hypot.reduce(parts) == pytest.approx(whole, rel=0.1)
     assert float(budget.partition("± ")[2].split()[0]) == pytest.approx(whole, abs=0.011)
-
-
-@pytest.mark.long
-def test_a_steering_whose_ratio_varies_from_the_handwheel_to_a_report(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """`estimate`, `live` and `diagnose` with pairs find what they find from the rack's way."""
-    few = {name: CAR_EFFECTS[name] for name in ("jacking", "zero_of_force")}
-    monkeypatch.setattr("symbolic.vehicle.candidate_effects.CAR_EFFECTS", few)
-    pairs = [[1.5, 0.011], [3.0, 0.024], [8.0, 0.075]]
-    (tmp_path / "car.toml").write_text(vehicle_text())
-    (tmp_path / "pairs.toml").write_text(vehicle_text(rack_by_handwheel=pairs))
-    t, rack = steering(seconds=6.0)
-    force = SimulatedCar().force(rack) + 2 * 80 * np.sin(rack / 0.125) / 0.125
-    pinion = pinion_of_rack(declared_vehicle(rack_by_handwheel=pairs), rack)
-    write_columns(tmp_path / "rack.csv", {"t": t, "rack": rack, "F_rack": force})
-    write_columns(tmp_path / "wheel.csv", {"t": t, "handwheel": pinion, "F_rack": force})
-    told = {}
-    for name, vehicle in (("rack", "car.toml"), ("wheel", "pairs.toml")):
-        options = (f"{name}.csv", "--vehicle", vehicle)
-        assert run("estimate", *options, "--observer", "ekf", "--out", f"{name}_mu.csv").status == 0
-        lived = run("live", *options, "--no-page", "--speed", "1000").out
-        assert run("diagnose", *options, "--out", name, "--jobs", "1").status == 0
-        diagnosis = json.loads((tmp_path / name / "diagnosis.json").read_text(encoding="utf-8"))
-        told[name] = (table_of(tmp_path / f"{name}_mu.csv")["mu"], diagnosis, lived)
-
-    assert told["wheel"][0] == pytest.approx(told["rack"][0], rel=0.02)
-    assert "friction was 0.5" in told["wheel"][2]
-    (jacking,) = told["wheel"][1]["effects"]
-    assert jacking["parameters"]["stiffness"]["value"] == pytest.approx(80, rel=0.1)
 
 
 @pytest.mark.usefixtures("mapped")

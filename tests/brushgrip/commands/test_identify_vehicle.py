@@ -19,6 +19,8 @@ from tests.brushgrip.helpers import Run, table_of
 from tests.columns import write_columns
 from tests.simulated_car import SimulatedCar, declared_vehicle, on_plates, steering, vehicle_text
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def test_the_vehicle_file_is_written_with_what_was_found(run: Run, tmp_path: Path) -> None:
     t, s, force = on_plates()

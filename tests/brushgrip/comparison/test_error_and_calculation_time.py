@@ -13,8 +13,8 @@ from brushgrip.comparison.tables import comparison_dict, markdown_text
 from identification import Recording
 from reference_rig import Array
 from symbolic import Tyre
-from tests.brushgrip.helpers import SampleRecorder
 from tests.identification.factories import recording
+from tests.observers.factories import SampleRecorder
 
 BUSY = 0.02
 """Time that the made-up method takes [s]."""

@@ -27,7 +27,8 @@ from observers import DirectionalFriction, Ekf, Estimates, Sample, Status, run
 from symbolic import InvalidInputError, Model, Rig, Tyre
 from symbolic.float_array import Array
 from tests.brushgrip.factories import make_estimates
-from tests.brushgrip.helpers import SampleRecorder, Write
+from tests.brushgrip.helpers import Write
+from tests.observers.factories import SampleRecorder
 
 NOMINAL = Rig(a=0.045, e=0.009), Tyre(k=2.4e6, mu=1.2)
 

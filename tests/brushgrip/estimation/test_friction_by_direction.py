@@ -16,6 +16,7 @@ from observers.quality.usable_stretches import last_usable
 from symbolic import Rig, Tolerances, Tyre
 from tests.brushgrip.factories import rising
 
+pytestmark = pytest.mark.usefixtures("interpreted")
 A, K, F_N, RATE, PERIOD = 0.045, 2.4e6, 500.0, 0.15, 0.01
 TRUE = {"positive": 1.0, "negative": 0.6}
 

@@ -15,6 +15,8 @@ from symbolic.vehicle.steering import jacking_torque, lever, mean_angle
 from tests.columns import write_columns
 from tests.simulated_car import SimulatedCar, declared_vehicle, steering
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 @pytest.mark.parametrize(
     ("candidate", "falls", "damping", "gear", "named"),

@@ -68,14 +68,6 @@ def test_the_model_without_its_stand_ins_is_one_that_the_search_had(
     assert from_search._without_stand_ins(trials, found) == expected  # type: ignore[arg-type]
 
 
-@pytest.mark.long
-def test_names_what_was_planted_among_all(late: tuple[Campaign, list[Recording]]) -> None:
-    found = diagnose(late[1], jobs=1)
-
-    assert [effect.name for effect in found.effects] == ["sensor_delay"]
-    assert {candidate.name for candidate in found.candidates} == set(EFFECTS)
-
-
 def test_names_what_was_planted_and_tries_every_candidate(
     late: tuple[Campaign, list[Recording]], found: Diagnosis
 ) -> None:
@@ -213,7 +205,7 @@ def test_a_torque_that_was_tared_on_a_twisted_patch() -> None:
 @pytest.mark.parametrize("seed", [0, pytest.param(2, marks=pytest.mark.long)])
 def test_a_zero_error_is_no_tare(seed: int) -> None:
     """Recordings that begin away from zero were not tared there, however alike their zeros are."""
-    recordings = read_campaign("torque_offset", seed, duration=14.0)[1]
+    recordings = read_campaign("torque_offset", seed, duration=8.0)[1]
     assert all(abs(r.M_z[0]) > 0.02 * np.ptp(r.M_z) for r in recordings)
 
     (effect,) = diagnose(recordings, candidates=["torque_offset", "tared_pretwist"], jobs=1).effects
@@ -224,7 +216,10 @@ def test_a_zero_error_is_no_tare(seed: int) -> None:
 def test_friction_drifts_by_ground() -> None:
     """Rubber that beds in on one ground need not on another."""
     drifting, staying = (
-        [replace(r, name=f"{r.name} on {ground}", ground=ground) for r in read_campaign(name, 0)[1]]
+        [
+            replace(r, name=f"{r.name} on {ground}", ground=ground)
+            for r in read_campaign(name, 0, duration=6.0)[1]
+        ]
         for ground, name in (("steel", "friction_drift"), ("emery", None))
     )
 

@@ -20,6 +20,7 @@ from identification.selection.trial_runner import TrialRunner, run_at_once
 from symbolic import InvalidInputError, Model, ModelError, Rig, effects_named
 from tests.identification.factories import first_order, read_campaign, recording
 
+pytestmark = pytest.mark.usefixtures("interpreted")
 EFFECTS = effects_named(["contact_damping"])
 
 

@@ -22,6 +22,8 @@ from identification.fits.parameter_values import ParameterEstimate, Values
 from symbolic import Model, Rig, Tolerances, effects_named
 from tests.identification.factories import read_campaign, recording
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def errors(left_out: dict[str, float] | None = None, **nrmse: float) -> TorqueErrors:
     each = {"rmse": nrmse, "nrmse": nrmse, "left_out": left_out or {}}

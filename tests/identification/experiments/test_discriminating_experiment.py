@@ -101,15 +101,6 @@ def test_the_experiment_tells_apart_what_the_recordings_cannot(
     assert gain > 0.05
 
 
-@pytest.mark.long
-def test_it_does_so_where_the_rival_was_named(ambiguous: Ambiguous) -> None:
-    proposal = propose(ambiguous.rival, ambiguous.true, ambiguous.recordings)
-    recordings, true, rival = with_experiment(ambiguous, proposal)
-
-    assert proposal.found == "rate_friction"
-    assert standard_errors(true, rival, recordings) > CLEAR
-
-
 def test_says_what_to_do(proposed: Proposal) -> None:
     assert (proposed.found, proposed.rival, proposed.times) == ("stribeck", "rate_friction", 1)
     assert proposed.now < proposed.separation
@@ -159,16 +150,6 @@ def test_a_model_cannot_be_told_from_itself(ambiguous: Ambiguous) -> None:
     assert proposal.times is None
     assert proposal.separation < 1e-6
     assert "cannot be distinguished by standard steering on this rig" in proposal.sentence
-
-
-@pytest.mark.long
-def test_carcass_and_pressure_are_alike_in_every_manoeuvre() -> None:
-    recordings = [thin_for_ranking(r) for r in read_campaign("carcass_torsion", 1)[1]]
-    carcass, pressure = (fitted(name, recordings) for name in ("carcass_torsion", "pressure_shape"))
-    proposal = propose(carcass, pressure, recordings)
-
-    assert proposal.times is None
-    assert proposal.separation < 1e-3
 
 
 @pytest.mark.parametrize("times", [1, 3])

@@ -18,7 +18,7 @@ from identification.fits.profile import (
 )
 from reference_rig import RigTyre, make_recording
 from rig_recordings import as_read
-from symbolic import InvalidInputError, Model, Rig, effects_named
+from symbolic import InvalidInputError, Model, Rig
 from tests.identification.factories import read_campaign
 
 MODEL = Model(corners=16)
@@ -144,16 +144,3 @@ def test_what_cannot_be_profiled(fitted, axis: ProfileAxis, grid: list[float], m
     best, recordings = fitted
     with pytest.raises(InvalidInputError, match=match):
         profile(MODEL, recordings, best.values, axis, grid)
-
-
-@pytest.mark.long
-def test_values_that_are_missing_begin_at_their_own_start(fitted) -> None:
-    _, recordings = fitted
-    start = initial_guess(MODEL, recordings)
-    model = Model(effects=effects_named(["contact_damping"]), corners=16)
-    bare = Values(tyre=start.tyre, own=start.own)
-    axis = ProfiledParameter(name="contact_damping.c")
-    made = profile(model, recordings, bare, axis, [0.0, 0.05, 0.1])
-
-    assert made.unit == "N m s/rad"
-    assert set(made.paths) == {"mu", "k"}

@@ -14,6 +14,8 @@ from tests.columns import write_columns
 from tests.refusal import refused
 from tests.simulated_car import declared_vehicle, vehicle_text
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 T = 0.01 * np.arange(60)
 RACK = 0.035 * np.sin(5 * T)
 FORCE = 1000 * np.sign(np.cos(5 * T))

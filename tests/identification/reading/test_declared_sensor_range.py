@@ -14,6 +14,8 @@ from symbolic import Model, effects_named
 from tests.identification.factories import as_read, recording, with_torque
 from tests.refusal import refused
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 
 def clipped(range_over_end: float | None, share: float = 0.6) -> list[Recording]:
     """Recordings of one sensor that ends at a share of the greatest torque, before its noise."""

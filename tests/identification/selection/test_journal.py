@@ -18,6 +18,8 @@ from symbolic import Effect, Parameter, Signals, effects_named
 from symbolic.effects.base import Expression, Values
 from tests.identification.factories import with_torque
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 CANDIDATES = ("contact_damping", "steering_return", "torque_offset")
 
 

@@ -48,18 +48,6 @@ def test_reports_its_progress(damped: list[Recording]) -> None:
     assert ("trying effects on top of the declared structure", 1, 1) in said
 
 
-@pytest.mark.long
-def test_two_processes_find_the_same(damped: list[Recording], steps: list[SearchStep]) -> None:
-    again = search(damped, (), jobs=2, candidates=CANDIDATES)
-
-    assert len(again) == len(steps)
-    for one, other in zip(again, steps, strict=True):
-        assert [t.effects for t in one.trials] == [t.effects for t in other.trials]
-        assert [t.nrmse for t in one.trials] == [t.nrmse for t in other.trials]
-        assert one.indistinguishable == other.indistinguishable
-        assert one.before.fitted.values == other.before.fitted.values
-
-
 def test_held_out_recordings_only_judge(damped: list[Recording]) -> None:
     training, held_out = damped
     first, *_ = search([training], [held_out], jobs=1, candidates=CANDIDATES[:2])

@@ -18,9 +18,8 @@ from symbolic.vehicle.mean_wheel import (
 )
 from symbolic.vehicle.steering import mean_angle, pinion_angle, rack_force, rack_of_pinion
 from tests.compile_once import compile_once
-from tests.observers.embedded.conftest import Generate, Unpacked
+from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.cortex.target import M4F, TOOLS, run_on, tools_installed
-from tests.observers.embedded.fmu_instance import instances
 from tests.observers.embedded.generated_code import python_estimates
 from tests.observers.embedded.ordinary_steering import samples_at_the_cap
 from tests.simulated_car import SimulatedCar, declared_vehicle, steering
@@ -46,17 +45,6 @@ def test_c_is_python(generated: Generate, rows: np.ndarray, kind: type[Ekf] | ty
 
     np.testing.assert_allclose(generated(observer, DOUBLE).run(rows)[:, :2], expected[:, :2], rtol=1e-9)
     np.testing.assert_allclose(generated(observer, SINGLE).run(rows)[:, :2], expected[:, :2], rtol=2e-3)
-
-
-@pytest.mark.long
-def test_fmu_is_python(unpacked: Unpacked, rows: np.ndarray) -> None:
-    pytest.importorskip("fmpy", reason="FMPy is not installed: pip install 'brushgrip[dev]'")
-    observer = car_observer(Ekf, CAR)
-    with instances(unpacked(observer, DOUBLE)) as (one,):
-        found = one.steps(rows[:, :4])
-
-    # What is handed over is a difference of means: rounding counts a little more.
-    np.testing.assert_allclose(found[:, :2], python_estimates(observer, rows)[:, :2], rtol=1e-8)
 
 
 @pytest.mark.long

@@ -5,13 +5,11 @@ from pathlib import Path
 from typing import Any
 
 import casadi as ca
-import numpy as np
 import pytest
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
-from observers.embedded import DOUBLE, generate_fmu
+from observers.embedded import DOUBLE
 from observers.embedded.compact_codegen import compact_patch
-from observers.embedded.fmu import is_host
 from observers.estimators.casadi_observer import CasadiObserver
 from reference_rig import RigRecording
 from symbolic import Model
@@ -21,7 +19,6 @@ from tests.observers.embedded.generated_code import (
     assert_same,
     generate_code,
     needs_compiler,
-    python_estimates,
     rows_of,
 )
 
@@ -111,19 +108,3 @@ def test_c_is_the_same(
     # A steering torque that balances the aligning one.
     rows = rows_of(recording)[:SAMPLES] * [1, 1, 1 if observer.channel == "M_z" else -1, 1, 1]
     assert_same(generate_code(observer, DOUBLE, tmp_path), rows)
-
-
-@needs_compiler
-@pytest.mark.long
-@pytest.mark.skipif(not is_host(), reason="FMUs are built on Linux x86_64 alone")
-def test_the_fmu_of_a_sensing_is_the_same(recording: RigRecording, tmp_path: Path) -> None:
-    fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed: pip install 'brushgrip[dev]'")
-    observer = make(Ekf, model=MODEL, measurement_model=ViscousTorque())
-    rows = rows_of(recording)[:SAMPLES]
-    times = 0.01 * np.arange(SAMPLES)
-    given = np.rec.fromarrays([times, *rows.T[:4]], names=["time", "psi", "psi_dot", "M_z", "F_N"])
-    archive = str(generate_fmu(observer, tmp_path, DOUBLE))
-    simulated = {"stop_time": 0.01 * SAMPLES, "output_interval": 0.01, "output": ["mu"]}
-    mu = fmpy.simulate_fmu(archive, input=given, **simulated)["mu"]
-
-    np.testing.assert_allclose(mu[1:], python_estimates(observer, rows)[:, 0], rtol=0, atol=1e-12)

@@ -230,22 +230,6 @@ def test_swinging_to_rest_under_noise_of_the_angle(generated: Generate, patch: P
     assert deviation[1:, 2].max() < 1e-3 * np.ptp(M_z)
 
 
-@pytest.mark.long
-def test_more_corners_than_a_window_stores(generated: Generate, patch: Patch) -> None:
-    rng, t = np.random.default_rng(4), np.arange(0, 30, 0.01)
-    psi = 0.25 * np.sin(np.minimum(t, 8)) + 1.5e-3 * rng.standard_normal(t.size)
-    M_z, _ = exact(psi, steady(t.size))
-    rows = np.column_stack([psi, np.full(t.size, np.nan), M_z, steady(t.size), np.full(t.size, 0.01)])
-    observer = observer_of(Mhe, DECLARED, AligningTorque(), noise=0.02)
-    estimates, expected = (generated(observer, DOUBLE).run(rows), python_estimates(observer, rows))
-    deepest = patch.run(psi, steady(t.size)).corners.max()
-    off = np.abs(estimates - expected)[:, 0].max()
-    print(f"{deepest:.0f} corners, mu off by {off:.1e}")
-
-    assert deepest > 8
-    assert off < 1e-9
-
-
 @pytest.mark.parametrize("far", [1e3, 1e8, -1e15])
 def test_no_turn_is_so_far_that_the_patch_never_comes_back(single_patch: Patch, far: float) -> None:
     swing = 0.3 * np.sin(0.05 * np.arange(400))
@@ -305,11 +289,3 @@ def test_the_paths_reach_the_cap(generated: Generate) -> None:
 
     assert most[0] > 20
     assert most[1] == DEPTH - 2
-
-
-def test_single_precision_where_the_model_explains_the_torque(generated: Generate) -> None:
-    observer = observer_named("ekf declared aligning")
-    rows = SINGLE.round(samples_of_path(path(decreasing()), observer))
-    off = np.abs(generated(observer, SINGLE).run(rows) - python_estimates(observer, rows))
-
-    assert off[100:, 0].max() < 1e-5

@@ -11,7 +11,7 @@ from observers import Ekf, Estimate, Loop, Observer, RootObserver, Sample, Statu
 from reference_rig import RigRecording
 from symbolic import InvalidInputError, Model
 from tests.observers.conftest import RIG, K
-from tests.observers.factories import MODEL_OBSERVERS
+from tests.observers.factories import MODEL_OBSERVERS, SampleRecorder
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -185,21 +185,6 @@ def test_history_is_a_whole_number(history: Any) -> None:
         Loop(OBSERVERS["ekf"](), history=history)
 
 
-class Listener:
-    """An observer whose state is the samples that it was given."""
-
-    channel = "M_z"
-
-    def init(self, _first: Sample) -> list[Sample]:
-        return []
-
-    def step(self, state: list[Sample], sample: Sample) -> list[Sample]:
-        return [*state, sample]
-
-    def estimate(self, _state: list[Sample]) -> Estimate:
-        return Estimate(mu=1.0, mu_std=0.5, M_z_predicted=0.0, informed=False)
-
-
 @pytest.mark.parametrize("absent", [np.nan, np.inf, -np.inf, 1e12])
 def test_an_absent_rate_is_the_causal_one_also_through_gaps_of_the_angle(absent: float) -> None:
     rng = np.random.default_rng(3)
@@ -208,10 +193,10 @@ def test_an_absent_rate_is_the_causal_one_also_through_gaps_of_the_angle(absent:
     psi[20:23] = psi[40] = np.nan
     rows = zip(psi, dt, strict=True)
     samples = [Sample(psi=p, psi_dot=absent, F_N=400.0, dt=step) for p, step in rows]
-    seen = fed(Listener(), samples).state
-    known = np.isfinite(psi)
+    recorder, known = SampleRecorder(), np.isfinite(psi)
+    fed(recorder, samples)
 
-    rates = np.array([sample.psi_dot for sample in seen])
+    rates = np.array([sample.psi_dot for sample in recorder.samples])
     expected = causal_rate(t[known], psi[known])
     np.testing.assert_allclose(rates[known], expected, rtol=1e-12, atol=1e-12)
     # While the angle is missing the last rate stands.

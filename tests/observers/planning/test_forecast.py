@@ -98,14 +98,18 @@ def test_what_no_steering_lowers(acquiring: Ekf) -> None:
     assert hypot(floor, causes["dry friction"]) == pytest.approx(hypot(*causes.values()))
 
 
+def directed(ratio: float) -> Ekf:
+    """A filter of friction that differs by direction, whose compiled step serves any ratio."""
+    found = found_model({"asymmetric_friction.ratio": ratio}, bristles=40)
+    return Ekf(**found, rig=RIG, measurement_model=AligningTorque(stiffness=True))
+
+
 @pytest.mark.parametrize("mu", [0.4, 0.8])
 def test_friction_that_differs_by_direction_is_forecast_as_estimated_without_a_measured_rate(
     mu: float,
 ) -> None:
     """The observer's own rate lags behind a turn back, and so does the direction of the friction."""
-    ratio = 0.85
-    found = found_model({"asymmetric_friction.ratio": ratio}, bristles=40)
-    observer = Ekf(**found, rig=RIG, measurement_model=AligningTorque(stiffness=True))
+    observer = directed(0.85)
     quick = fastest_path([0.0, 0.04, -0.09, 0.09, -0.09], 0.5, 2.5, 0.01, 4.0, rest=0.5)
     forecaster = Forecaster(observer)
     forecast = forecaster.forecast_whole(quick, forecaster.cases_at_rest([mu], 0.0, LOAD, 0.01)[0], LOAD)
@@ -117,8 +121,7 @@ def test_friction_that_differs_by_direction_is_forecast_as_estimated_without_a_m
 
 
 def test_mu_of_a_case_is_the_effective_one() -> None:
-    found = found_model({"asymmetric_friction.ratio": 0.8}, bristles=40)
-    forecaster = Forecaster(Ekf(**found, rig=RIG))
+    forecaster = Forecaster(directed(0.8))
     turned = fastest_path([0.0, 0.6], 0.4, 10.0, 0.01, 3.0)
     ahead, back = (
         np.abs(

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from observers import Advice, Ekf, Loop, Mhe, Probe, Sample, Status, SteeringLimits, SteeringTorque
+from observers import Advice, Ekf, Loop, Probe, Sample, Status, SteeringLimits, SteeringTorque
 from observers.quality.acquisition import OVER, OWN
 from reference_rig import RigTyre, SteeredWheel
 from symbolic import InvalidInputError
@@ -22,9 +22,9 @@ def wheel_on(mu: float) -> SteeredWheel:
 
 
 def follow(
-    observer: Any, mu: float, target: float = 0.05, limits: SteeringLimits = LIMITS, lag: float = 0.0
+    observer: Any, mu: float, target: float = 0.05, limits: SteeringLimits = LIMITS
 ) -> list[tuple[float, Advice]]:
-    """Angles and advice until it ends; the wheel follows with a time constant [s]."""
+    """Angles and advice until it ends; the wheel follows at once."""
     loop, probe, wheel = Loop(observer), Probe(observer, target, limits), wheel_on(mu)
     psi = rate = 0.0
     steered: list[tuple[float, Advice]] = []
@@ -34,8 +34,7 @@ def follow(
         steered.append((psi, probe(sample, loop.state)))
         if (advice := steered[-1][1]).finished or advice.stopped:
             break
-        step = (advice.psi - psi) * 0.01 / (0.01 + lag)
-        psi, rate = psi + step, step / 0.01
+        psi, rate = advice.psi, (advice.psi - psi) / 0.01
     return steered
 
 
@@ -64,13 +63,6 @@ def test_it_steers_until_friction_is_known(acquiring: Ekf, mu: float, most: floa
     # What a step of the rate may be in two samples, as a plan begins between them.
     assert np.abs(np.diff(rates)).max() <= 2 * LIMITS.acceleration * 0.01
     assert np.abs(psi).max() <= LIMITS.angle
-
-
-@pytest.mark.long
-def test_a_wheel_that_lags_is_led_all_the_same(acquiring: Ekf) -> None:
-    steered = follow(acquiring, 0.3, lag=0.1)
-
-    assert steered[-1][1].finished
 
 
 @pytest.mark.long
@@ -222,15 +214,6 @@ def test_it_waits_for_the_observer(acquiring: Ekf) -> None:
 
     assert {advice.finished, advice.stopped} == {False}
     assert advice.estimate.mu == acquiring.tuning.mu
-
-
-@pytest.mark.long
-def test_it_leads_a_moving_horizon_estimator(acquiring: Ekf) -> None:
-    mhe = Mhe(model=acquiring.model, values=acquiring.values, rig=acquiring.rig, tuning=acquiring.tuning)
-    last = follow(mhe, 0.3)[-1][1]
-
-    assert last.finished
-    assert last.estimate.mu == pytest.approx(0.3, rel=0.05)
 
 
 def test_the_steering_torque_is_refused(acquiring: Ekf) -> None:

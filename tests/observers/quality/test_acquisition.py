@@ -34,10 +34,12 @@ from observers.tuning import Tuning, tuning_with_tolerances
 from reference_rig import (
     RigTyre,
     constant_friction,
+    free_path,
     friction_step,
     make_recording,
     make_steering_recording,
     plant_effect,
+    simulate_ground,
 )
 from symbolic import Model, Rig, Tolerances, simulate
 from symbolic.float_array import Array
@@ -91,14 +93,9 @@ def path() -> Array:
 
 
 def bristle_torque(psi: Array, mu: float | Array, count: int = 400) -> Array:
-    """Torque of 400 N along a path [N m], by bristles that are free of torque at its first angle."""
-    xi = (np.arange(count) + 0.5) / count * 2 - 1
-    x, limit = 0.045 * xi, 0.75 * 400.0 / 0.045 * (1 - xi**2) / K
-    bristle, torques = np.zeros(count), []
-    for turn, now in zip(np.diff(psi, prepend=psi[0]), np.broadcast_to(mu, psi.shape), strict=True):
-        bristle = np.clip(bristle - turn * (x + 0.009), -now * limit, now * limit)
-        torques.append(np.sum(K * bristle * (x + 0.009)) * 0.09 / count)
-    return np.array(torques)
+    """Torque of 400 N along a path [N m], by the rig's bristles, free of torque at its first angle."""
+    drive = free_path(0.01 * np.arange(psi.size), psi, rate=100.0)
+    return simulate_ground(drive, np.broadcast_to(mu, psi.shape), RigTyre(k=K), bristles=count)
 
 
 @pytest.mark.parametrize("before", [0.0, 1.0, -1.0])

@@ -58,15 +58,6 @@ def test_errors_are_as_large_as_their_standard_deviations(found: Figures) -> Non
     assert likely(found)
 
 
-@pytest.mark.long
-def test_the_window_errs_as_the_filter_does() -> None:
-    by_filter, by_window = (constant(kind, range(6)) for kind in (Ekf, Mhe))
-
-    assert by_window.nees == pytest.approx(by_filter.nees, rel=0.02)
-    assert by_window.coverage == pytest.approx(by_filter.coverage, abs=0.005)
-    assert by_window.rmse == pytest.approx(by_filter.rmse, rel=0.02)
-
-
 def test_hardly_a_run_goes_far_astray_and_friction_is_known_after_full_slide(found: Figures) -> None:
     assert found.rmse < 0.001
     assert found.worst < 0.003

@@ -46,13 +46,6 @@ def test_faults_cost_no_more_than_a_factor_of_two(kind: Any, count: int, fault: 
     assert rmse(kind, FAULTS[fault], seeds) < 2 * without
 
 
-@pytest.mark.long
-def test_all_faults_at_once_cost_the_window_no_more_than_a_factor_of_two() -> None:
-    seeds = range(3)
-
-    assert rmse(Mhe, FAULTS["all of these"], seeds) < 2 * clean(Mhe, turned_by_hand, seeds)
-
-
 @pytest.mark.parametrize("fault", ["outliers", "all of these"])
 @pytest.mark.parametrize(("count", "least"), [(8, 10), pytest.param(20, 50, marks=pytest.mark.long)])
 def test_no_fault_is_taken_for_another_ground(count: int, least: int, fault: str) -> None:
