@@ -201,7 +201,7 @@ class Filter:
             filter_.update(np.array([[measured]]), R=1 / weight, **observed)
             # The mean of the corrections, each of which took a share of the variance.
             share, correction = 1 - self.P[i, i] / before[i, i], self.x[i] - after[i]
-            self.lag += min(2.0, 1 / max(share, 1e-9)) * (correction - share * self.lag)
+            self.lag = (1 - share) ** 2 * self.lag + 2 * (1 - share) * correction
             filter_.x = space.projected(self.x).reshape(-1, 1)
             self.nis = float(filter_.y[0, 0] ** 2 / filter_.S[0, 0])
         # The aligned patch is corrected when it meets the next sample, to first order.
