@@ -106,7 +106,8 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     more, declare = _more_recordings(outcome), _to_declare(diagnosis, outcome)
     narrow = [] if steps else _to_narrow(outcome, told_apart=declare)
     if stiffness_cases(diagnosis):  # Both at the rig.
-        steps, declare = [steps[0], *declare, *steps[1:]], []
+        after = steps.index(CHECKS[diagnosis.of_car]) + 1
+        steps, declare = [*steps[:after], *declare, *steps[after:]], []
     if not steps:
         hardly = any(HARDLY in one for one in declare)
         steps, declare = (narrow, declare) if hardly else ([*declare, *narrow], [])

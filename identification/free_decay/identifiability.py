@@ -96,7 +96,8 @@ def describe_identifiability(
     count, lengths = len(vibrations), len({r.decay.rig.a for r in vibrations})
     sentences = [
         f"{count} recording{'s' * (count != 1)} at {lengths} contact length{'s' * (lengths != 1)} tell k"
-        f" to {100 * _share(k):.2g} % and b_t to {100 * _share(b_t):.2g} % (95 %).",
+        f" to {100 * _relative_half_width(k):.2g} % and b_t to"
+        f" {100 * _relative_half_width(b_t):.2g} % (95 %).",
         _assumptions(vibrations, k, of_lengths),
     ]
     if agreed is False:
@@ -111,7 +112,7 @@ def describe_identifiability(
             f"The sliding at the ends of the patch is not told from none at a = {', '.join(untold)} mm,"
             " and k and b_t bear what it may be; stronger impacts slide further."
         )
-    if any(_share(p) > good for p, good in zip((k, b_t), GOOD, strict=True)):
+    if any(_relative_half_width(p) > good for p, good in zip((k, b_t), GOOD, strict=True)):
         sentences.append(
             "More impacts would help, and stronger ones more: they last longer above the noise."
         )
@@ -131,7 +132,7 @@ def describe_identifiability(
     return (*sentences, *_later_impacts(vibrations))
 
 
-def _share(parameter: IdentifiedParameter) -> float:
+def _relative_half_width(parameter: IdentifiedParameter) -> float:
     """Half-width of the interval over the value."""
     return (parameter.interval[1] - parameter.interval[0]) / 2 / abs(parameter.value)
 

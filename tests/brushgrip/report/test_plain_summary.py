@@ -405,6 +405,9 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
     assumed = replace(diagnosis, notes=(note, f"{ASSUMED}: load ± 2 %"))
     first, second, *_ = next_steps(assumed, outcome)
     assert (first[:16], second[:30]) == ("whoever keeps th", "at the rig, on the same visit,")
+    both_wrong = replace(assumed, notes=(f"{SUSPECTED}: c", *assumed.notes))
+    begun = [step[:8] for step in next_steps(both_wrong, outcome)]
+    assert begun[:3] == ["mend the", "whoever ", "at the r"]
     sound = replace(diagnosis, stiffness_ratio=1.0)
     known = FoundStiffness(found=2.158e6, declared=1.88e6, tolerance=0.376e6, assumed=True)
     assert (
