@@ -54,6 +54,7 @@ def test_the_code_of_a_page_runs(page, capsys):
         assert capsys.readouterr().out == printed[1]
 
 
+@pytest.mark.long
 def test_the_loop_of_a_car_gives_what_estimate_does(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("car.toml").write_text(vehicle_text(brakes="true", rack_mass=12.0), encoding="utf-8")

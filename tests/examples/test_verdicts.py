@@ -25,6 +25,7 @@ def test_rivals_count_as_right_and_stand_ins_as_nothing() -> None:
     )
 
 
+@pytest.mark.long
 def test_a_case_with_a_truth_is_judged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     tyre, known, untold = RigTyre(a=0.045, e=0.009, k=2.4e6), tmp_path / "known", tmp_path / "untold"
     known.mkdir()

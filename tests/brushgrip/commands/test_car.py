@@ -70,7 +70,8 @@ def test_from_a_log_to_friction_in_one_command(run: Run, tmp_path: Path, name: s
 
 
 @pytest.mark.usefixtures("mapped")
-@pytest.mark.parametrize("name", [pytest.param("car.mf4", marks=pytest.mark.long), "car.blf"])
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["car.mf4", "car.blf"])
 def test_from_logs_to_a_report_in_one_command(
     run: Run, tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

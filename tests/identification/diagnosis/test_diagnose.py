@@ -183,6 +183,7 @@ def test_what_acts_in_the_first_slide_alone_is_identified() -> None:
     assert effect.grade == "strong"
 
 
+@pytest.mark.long
 def test_a_torque_that_was_tared_on_a_twisted_patch() -> None:
     """The rig twists alike before each recording and sets the torque to zero: so does the model."""
     made, recordings = read_campaign("tared_pretwist", 0, duration=14.0)
@@ -202,7 +203,8 @@ def test_a_torque_that_was_tared_on_a_twisted_patch() -> None:
     assert all(begins_at_zero(recording) for recording in recordings)
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(2, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("seed", [0, 2])
 def test_a_zero_error_is_no_tare(seed: int) -> None:
     """Recordings that begin away from zero were not tared there, however alike their zeros are."""
     recordings = read_campaign("torque_offset", seed, duration=8.0)[1]
@@ -213,6 +215,7 @@ def test_a_zero_error_is_no_tare(seed: int) -> None:
     assert effect.name == "torque_offset"
 
 
+@pytest.mark.long
 def test_friction_drifts_by_ground() -> None:
     """Rubber that beds in on one ground need not on another."""
     drifting, staying = (

@@ -148,6 +148,7 @@ def test_what_all_recordings_want_of_a_declared_value_is_said_once(
     assert notes_on(errors(a=0.04), errors(a=0.02), _lengths(fitted, *found), estimates=stds) == notes
 
 
+@pytest.mark.long
 def test_a_length_that_is_too_short_in_every_recording_is_said_once() -> None:
     """The rig has 40 mm, 37.2 are declared; k takes a part of it."""
     _, made = read_campaign(None, 3, 4, duration=8.0)

@@ -155,6 +155,7 @@ def test_recovers_an_effect(effect: str) -> None:
     assert (spread < 0.02 * np.abs(truth)).all()
 
 
+@pytest.mark.long
 def test_held_out_recordings_leave_shared_parameters_alone(offset: Given) -> None:
     made, (first, second) = offset
     fitted = fit(model_of("torque_offset"), [first])

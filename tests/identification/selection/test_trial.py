@@ -79,6 +79,7 @@ def test_the_ground_of_a_recording_left_out_takes_the_mean_of_the_others(three: 
     assert max(first_order_error(fitted, stood).values()) < 0.2
 
 
+@pytest.mark.long
 def test_leaving_out_counts_what_was_declared_with_a_tolerance(three: list[Recording]) -> None:
     within = Tolerances(a=0.002)
     tolerated = [replace(r, rig=replace(r.rig, tolerances=within)) for r in three]

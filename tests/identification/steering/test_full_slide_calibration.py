@@ -48,6 +48,7 @@ def usual(tmp_path_factory: pytest.TempPathFactory) -> TyresResult:
     return identified(lock_to_lock(tmp_path_factory.mktemp("car")))
 
 
+@pytest.mark.long
 def test_load_half_length_and_stiffness_come_back_as_product_and_k(tmp_path: Path) -> None:
     # The car is heavier than declared, and its contacts are shorter.
     off = {"front_axle_load": 7300.0, "half_length": 0.06, "stiffness": 7e6}

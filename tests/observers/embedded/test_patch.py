@@ -214,6 +214,7 @@ def test_overflow_drops_the_corner_of_least_torque(patch: Patch, path: str, most
     assert np.abs(actual.by_mu - by_mu).max() < 2e-2 * np.ptp(by_mu) or path == "decaying"
 
 
+@pytest.mark.long
 def test_swinging_to_rest_under_noise_of_the_angle(generated: Generate, patch: Patch) -> None:
     # Every swing leaves a corner, and the noise of the angle a few more.
     rng, t = np.random.default_rng(0), np.arange(0, 30, 0.01)

@@ -41,6 +41,7 @@ def test_the_header_has_the_share_or_says_why_not(tmp_path: Path) -> None:
 
 
 @needs_fmu
+@pytest.mark.long
 def test_an_fmu_has_it_as_an_output(tmp_path: Path) -> None:
     pytest.importorskip("fmpy", reason="fmpy simulates the FMU")
     import fmpy

@@ -34,7 +34,8 @@ def test_a_plan_stays_within_the_limits(planned: Plan) -> None:
     assert path.travel[-1] == pytest.approx(1.1 * planned.travels.max(), rel=0.05)
 
 
-@pytest.mark.parametrize("torque", [1.0, pytest.param(1.2, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("torque", [1.0, 1.2])
 def test_a_path_that_reaches_no_more_ends_where_the_torque_is_too_great(
     torque: float, acquiring: Ekf, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -215,6 +216,7 @@ def test_bad_arguments_are_refused(acquiring: Ekf, given: dict[str, object], wor
         plan(acquiring, **usual | given)
 
 
+@pytest.mark.long
 def test_the_deviation_shown_where_a_target_is_reached_is_usable_and_within_it(acquiring: Ekf) -> None:
     observer = replace(acquiring, tuning=profile("real_tyre"))
     told = plan(observer, 0.15, LIMITS, LOAD, mus=(0.1, 0.9), coarse=True)
@@ -242,6 +244,7 @@ def test_with_noise_friction_is_known_at_the_end_of_a_plan(acquiring: Ekf) -> No
         assert known >= 17
 
 
+@pytest.mark.long
 def test_a_target_close_to_what_no_steering_lowers_is_tried_on_few_paths_and_has_a_cause(
     acquiring: Ekf,
 ) -> None:

@@ -96,6 +96,7 @@ def test_it_stops_and_says_why(acquiring: Ekf, limits: dict[str, float], words: 
     assert words in last.reason
 
 
+@pytest.mark.long
 def test_resumed_it_keeps_its_limits(acquiring: Ekf) -> None:
     loop, probe = Loop(acquiring), Probe(acquiring, 0.1, SteeringLimits(angle=0.3, rate=0.4))
 

@@ -191,7 +191,8 @@ def test_an_estimated_angle_that_is_lost_begins_anew(kind: Any) -> None:
     assert state["x"].reshape(rows, -1, order="F")[angle, -1] == pytest.approx(0.0, abs=1e-3)
 
 
-@pytest.mark.parametrize("mu", [0.8, pytest.param(0.3, marks=LONG)])
+@LONG
+@pytest.mark.parametrize("mu", [0.8, 0.3])
 def test_turns_without_a_steering_torque_count(mu: float) -> None:
     """The wheel turns on and back where the torque is beyond its limit."""
     observer = Ekf(model=Model(), values={"k": ice.K}, rig=ice.RIG, measurement_model=SteeringTorque())

@@ -87,6 +87,7 @@ def test_one_step_serves_all_rigs_and_values() -> None:
         )  # fmt: skip
 
 
+@pytest.mark.long
 def test_a_spring_beside_the_steering_torque_is_no_friction() -> None:
     drive = {"tyre": RigTyre(k=K, mu=0.1), "duration": 6.0, "rate": 200.0}
     made = make_steering_recording(5, constant_friction(0.1), **drive)
