@@ -120,6 +120,7 @@ def test_says_what_it_rests_on(whole: FreeDecay, few: list[Decay]) -> None:
     assert "All recordings have one contact length" in identify_free_decay(few[:1]).identifiability[2]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("tolerances", "errors_by"),
     [(Tolerances(a=0.001, e=0.002), (0.001, 0.002)), (Tolerances(), (0.002,) * 2)],
@@ -345,6 +346,7 @@ def test_each_contact_tells_k(decays: list[Decay]) -> None:
     assert stiffness_by_contact_geometry(Likelihood([find_vibration(one) for one in decays[:2]])) == {}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "wrong",
     [

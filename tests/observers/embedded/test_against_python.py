@@ -162,6 +162,7 @@ def test_outliers_and_a_new_ground(generated: Generate, kind: Any, settings: dic
     assert sum(status & Status.REJECTED > 0 for status in flags) > 5, "there were no outliers"
 
 
+@pytest.mark.long
 # The bristles turn with the wheel, or less than it behind a compliance: the code of either is its own.
 @pytest.mark.parametrize(
     "name",
@@ -200,6 +201,7 @@ def test_a_torque_that_comes_more_slowly_than_the_angle(
     np.testing.assert_allclose(generated(observer, DOUBLE).run(rows), expected, rtol=1e-7, atol=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", cases("ekf creep aligning; ekf creep aligning,k", "mhe creep aligning; mhe creep aligning,k")
 )

@@ -66,6 +66,7 @@ def test_double_is_the_same(generated: Generate, name: str) -> None:
         assert expected[:, USABLE].any()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", cases("ekf spring aligning; ekf spring steering", "mhe spring aligning; mhe spring steering")
 )

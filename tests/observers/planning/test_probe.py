@@ -83,8 +83,8 @@ def test_a_wheel_that_does_not_follow_gets_the_advice_from_where_it_stands(acqui
     ("limits", "words"),
     [
         ({"time": 0.2}, "the time of 0.2 s is over at"),
-        ({"angle": 0.015, "time": 2.0}, "; as planned for mu = 0.8: never usable on the best path; twice"
-         " the limit of angle would do"),
+        pytest.param({"angle": 0.015, "time": 2.0}, "; as planned for mu = 0.8: never usable on the best"
+         " path; twice the limit of angle would do", marks=pytest.mark.long),
         pytest.param({"torque": 0.4}, "limit of 0.4 N m keeps the wheel", marks=pytest.mark.long),
     ],
 )  # fmt: skip

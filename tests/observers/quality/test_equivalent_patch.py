@@ -44,6 +44,7 @@ def estimates_of(
     return run(observer, made.t, made.psi, made.F_N, **{observer.channel: torque})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mu", [0.05, 0.8])
 @pytest.mark.parametrize(
     ("name", "value"),
