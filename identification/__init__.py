@@ -1,7 +1,8 @@
 """Identification: recordings, parameters by nonlinear programming, and the missing effect."""
 
 from identification.diagnosis.diagnose import diagnose
-from identification.diagnosis.result import Diagnosis, model_text, read_model
+from identification.diagnosis.model_file import model_text, read_model
+from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import (
     Candidate,
     Curve,
