@@ -36,7 +36,7 @@ STAGES = {
     "reading": ("command_inputs.py", "recordings"),
     "search: ranking": ("trial_runner.py", "rank"),
     "search: fits": ("trial_runner.py", "_run"),
-    "left out in turn": ("error_stages.py", "left_out_residuals"),
+    "left out in turn": ("torque_errors_by_stage.py", "left_out_residuals"),
     "experiments": ("diagnose.py", "_proposals"),
     "grades": ("from_search.py", "build_diagnosis"),
     "observers": ("assumed_and_found_friction.py", "friction_by_both_models"),
@@ -91,7 +91,7 @@ def stages(profile: Path, wall: float) -> dict[str, float]:
     entries = pstats.Stats(str(profile)).stats  # type: ignore[attr-defined]
     for (file, _, name), (*_, total, callers) in entries.items():
         times[Path(file).name, name] += total
-        if name == "fit_own_parameters":
+        if name == "fit_recording_parameters":
             own += sum(by[3] for (_, _, caller), by in callers.items() if caller == "run_trial")
     told = {stage: times[function] for stage, function in STAGES.items()}
     told["report"] -= told["pictures"]

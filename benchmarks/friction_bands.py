@@ -22,7 +22,7 @@ import numpy as np
 
 from benchmarks.bands_on_rig import found_models, undeclared_effects
 from benchmarks.ground_changes import changes, false_alarms
-from brushgrip.estimation.assumed_and_found_friction import offline_friction
+from brushgrip.estimation.assumed_and_found_friction import offline_mu_eff_at_end
 from brushgrip.estimation.observe_recording import model_observer, run_arguments
 from brushgrip.inputs.command_inputs import gather_inputs
 from identification import FoundModel, Recording, read_model
@@ -75,7 +75,9 @@ def measured(
         observer = replace(observer, acquire=acquire)
         loads[recording.name] = float(np.median(recording.F_N))
         table[recording.name] = figures(
-            recording, run(observer, **run_arguments(recording)), offline_friction(offline, recording)
+            recording,
+            run(observer, **run_arguments(recording)),
+            offline_mu_eff_at_end(offline, recording),
         )
         print(f"{recording.name:16}" + "".join(f"{v:11.3f}" for v in table[recording.name]), flush=True)
     mean = np.mean(list(table.values()), axis=0)

@@ -108,7 +108,8 @@ def main() -> None:
         known = planned.path.travel[int(np.argmax(planned.forecasts[0].deviation <= TARGET))]
         turns = ", ".join(f"{turn:.3f}" for turn in by_error)
         print(f"| {mu} | {by_noise.sum():.3f} | {by_error.sum():.3f} | {turns} | {known:.3f} |"
-              f" {least_confirmed(mu):.3f} | {planned.travels[0]:.3f} |", flush=True)  # fmt: skip
+              f" {least_confirmed(mu):.3f} | {planned.travels_to_target[0]:.3f} |",
+              flush=True)  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ from observers.interfaces.car_observer import RackSampler, car_observer
 from reference_rig import FleetCar, SteeredCar, draw_car
 from symbolic import vehicle_from_tables
 from symbolic.vehicle.mean_wheel import equivalent_contact_angle
-from symbolic.vehicle.steering import mean_angle
+from symbolic.vehicle.steering import mean_wheel_angle
 
 LIMITS = SteeringLimits(angle=0.4, rate=0.25, time=10.0)
 DT = 0.02
@@ -39,7 +39,7 @@ class CarWheel:
         self.car, self.rng = SteeredCar(drawn.car, brake=drawn.brake), np.random.default_rng(drawn.seed)
         self.ways = np.linspace(-self.vehicle.rack_travel, self.vehicle.rack_travel, 4001)
         self.angles = equivalent_contact_angle(
-            self.vehicle, mean_angle(self.vehicle, self.ways), brakes=self.brake
+            self.vehicle, mean_wheel_angle(self.vehicle, self.ways), brakes=self.brake
         )
         self.sample_of, self.t = RackSampler(self.vehicle, brakes=self.brake), 0.0
 

@@ -59,7 +59,7 @@ class TimedProblem:
     @property
     def spreads(self) -> Array:
         """Prior standard deviations of ln mu and M_0."""
-        return np.array([TUNING.log_std, TUNING.zero_std * self.slide])
+        return np.array([TUNING.prior_log_mu_std, TUNING.zero_std * self.slide])
 
     @property
     def prior(self) -> Array:

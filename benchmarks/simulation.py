@@ -46,7 +46,7 @@ def fixed(rule: Rule, bristles: int, substeps: int) -> np.ndarray:
     """The rival's M_z at the samples."""
     step = 1 / RATE / substeps
     t = np.arange(round(DURATION / step) + 1) * step
-    return rule(RIG, TYRE, LOAD, PROFILE.at(t), step, bristles)[1][::substeps]
+    return rule(RIG, TYRE, LOAD, PROFILE.torque_at(t), step, bristles)[1][::substeps]
 
 
 def main() -> None:

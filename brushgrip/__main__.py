@@ -3,14 +3,14 @@
 try:
     from collections.abc import Callable
 
-    from brushgrip.running.interrupts import run_process
+    from brushgrip.running.interrupts import run_command_and_exit
 except KeyboardInterrupt:
     raise SystemExit(130) from None
 
 
 def main() -> None:
     """Runs the command line of the process, and exits; see `brushgrip.cli.app.main`."""
-    run_process(load_command)
+    run_command_and_exit(load_command)
 
 
 def load_command() -> Callable[[], None]:

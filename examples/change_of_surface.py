@@ -25,7 +25,7 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
+from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, figure_saved_as_png, legend_above
 from observers import AligningTorque, Ekf, Estimates, Mhe, Observer, Status, Tuning, run
 from symbolic import Model, Rig, simulate
 
@@ -103,7 +103,7 @@ def further_turn(motion: Drive, estimates: Estimates) -> float:
 
 def draw(path: Path, motion: Drive, estimates_by_kind: dict[str, Estimates]) -> None:
     """Friction and torque over the angle turned."""
-    with picture(path, 5.0) as figure:
+    with figure_saved_as_png(path, 5.0) as figure:
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2])
         lines = above.plot(motion.turned, motion.mu, color=MEASURED, lw=1.0, label="true μ")
         looks = zip(estimates_by_kind.items(), ((BEFORE, "-"), (AFTER, (0, (3, 2)))), strict=True)

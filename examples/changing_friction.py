@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
+from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, figure_saved_as_png, legend_above
 from brushgrip.published.friction_damper import CHANGED, CONSTANT, changed_friction_folder
 from identification import FoundModel, Recording, diagnose, model_text, read_model
 from observers import AligningTorque, DirectionalFriction, Ekf, Estimates, Mhe, Status, run, tuning_for
@@ -142,7 +142,7 @@ def _share(cases: Sequence[float]) -> str:
 
 def draw(along: Mapping[str, tuple[Recording, Mapping[str, Estimates]]], out: Path) -> None:
     """Friction of force and estimates along the runs in `SHOWN`."""
-    with picture(out / "friction.png", 5.0) as figure:
+    with figure_saved_as_png(out / "friction.png", 5.0) as figure:
         for axis, name in zip(figure.subplots(len(SHOWN), 1), SHOWN, strict=True):
             recording, found = along[name]
             force, label = np.abs(recording.M_z) / (0.375 * LOAD * RIG.a), "|force|, no model"

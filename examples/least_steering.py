@@ -20,7 +20,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from brushgrip.pictures.style import TRACKS, picture
+from brushgrip.pictures.style import TRACKS, figure_saved_as_png
 from observers import AligningTorque, Ekf, Loop, Probe, Sample, SteeringLimits, profile
 from reference_rig import RigTyre, SteeredWheel
 from symbolic import Model, Rig, Tolerances
@@ -66,7 +66,7 @@ def led(observer: Ekf) -> Callable[[Sample, Loop, float], float]:
 
 def draw(path: Path, ways: dict[str, tuple[Way, Way]]) -> None:
     """The angle over time, led by a Probe, and the travel until friction is known."""
-    with picture(path, 3.4) as figure:
+    with figure_saved_as_png(path, 3.4) as figure:
         angle, travel = figure.subplots(1, 2)
         for place, ((ground, found), colour) in enumerate(zip(ways.items(), TRACKS, strict=True)):
             psi = found[0].psi

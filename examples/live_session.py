@@ -30,7 +30,7 @@ from brushgrip.live.session import Session
 from brushgrip.live.session_setup import source_and_estimator
 from brushgrip.live.session_state_in_words import state_line
 from brushgrip.pictures.friction import OVERVIEW_WIDTH
-from brushgrip.pictures.style import AFTER, QUIET, picture
+from brushgrip.pictures.style import AFTER, QUIET, figure_saved_as_png
 from identification.loop_plot import draw_loops
 from observers import AligningTorque, Ekf
 from symbolic import Model, effects_named
@@ -60,9 +60,9 @@ def replayed(recording: Path) -> Session:
 
 def draw(path: Path, points: EstimatePoints) -> None:
     """Friction with its band over time, the torque over the angle."""
-    t, mu, reach = points.t, points.of("mu_eff"), 2 * points.of("mu_eff_std")
-    usable = points.of("usable") == 1
-    with picture(path, 6.4, OVERVIEW_WIDTH) as figure:
+    t, mu, reach = points.t, points.values_of_field("mu_eff"), 2 * points.values_of_field("mu_eff_std")
+    usable = points.values_of_field("usable") == 1
+    with figure_saved_as_png(path, 6.4, OVERVIEW_WIDTH) as figure:
         friction, torque = figure.subplots(2, 1)
         for shown, colour, label in ((~usable, QUIET, "not usable"), (usable, AFTER, "usable")):
             friction.plot(t, np.where(shown, mu, np.nan), color=colour, lw=1.8, label=label)
@@ -70,15 +70,18 @@ def draw(path: Path, points: EstimatePoints) -> None:
             friction.fill_between(t, low, high, where=shown, color=colour, alpha=0.2, lw=0)
         friction.set(ylim=(0, 2), xlabel="time t [s]", ylabel="effective friction μ_eff [1]")
         friction.legend(loc="lower right")
-        loops = {"measured": points.of("torque"), "model": points.of("M_z_predicted")}
-        draw_loops(torque, points.of("psi"), loops)
+        loops = {
+            "measured": points.values_of_field("torque"),
+            "model": points.values_of_field("M_z_predicted"),
+        }
+        draw_loops(torque, points.values_of_field("psi"), loops)
 
 
 def main() -> None:
     """Replay, print when friction becomes usable and how the session ends."""
     session = replayed(RECORDINGS / "holdout_d.csv")
     points = session.ring.since(0)
-    first = int(np.argmax(points.of("usable")))
+    first = int(np.argmax(points.values_of_field("usable")))
     print(f"{len(points.t)} samples; friction is usable from {points.t[first]:.2f} s on")
     print(state_line(session.state()))
     if sys.argv[1:]:

@@ -25,7 +25,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from brushgrip.pictures.style import TRACKS, legend_above, picture
+from brushgrip.pictures.style import TRACKS, figure_saved_as_png, legend_above
 from observers import Ekf, run
 from reference_rig import Hand, RigRecording, make_recording
 from symbolic import Model, Rig, Tolerances, full_slide_torque
@@ -129,7 +129,7 @@ def draw(
     titles = {"noise": "noise of a sample", "zero": "zero of the sensor", "dry": "dry friction"}
     styles = dict(zip(CASES, zip(TRACKS, "osd", strict=False), strict=True))
     marks = {**{mu: f"{mu:g}" for mu in (0.02, 0.05, 0.1, 0.2, 0.5, 1)}, 2: "never"}
-    with picture(path, 7.5) as figure:
+    with figure_saved_as_png(path, 7.5) as figure:
         *panels, last = figure.subplots(2, 2).flat
         for (case, name), limit in found.items():
             axes, (colour, marker) = panels[[*titles].index(name)], styles[case]

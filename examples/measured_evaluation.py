@@ -18,7 +18,7 @@ from matplotlib.artist import Artist
 from matplotlib.patches import Patch
 
 from brushgrip.comparison.recordings_with_reference_friction import Case, make_case
-from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
+from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, figure_saved_as_png, legend_above
 from identification import (
     Channel,
     OffsetRemoved,
@@ -142,7 +142,7 @@ def zones(case: Case) -> None:
 def draw_zones(path: Path, recording: Recording, history: ZoneHistory) -> None:
     """Draw angle, last reversal and number of zones as in [Györök 2022], figures 5.6 and 5.7."""
     t = recording.t
-    with picture(path, 5.2) as figure:
+    with figure_saved_as_png(path, 5.2) as figure:
         angle, zones = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
         for side, colour in SHADES.items():
             for axes in (angle, zones):

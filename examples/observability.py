@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
+from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, figure_saved_as_png, legend_above
 from symbolic import Model, full_slide_torque, simulate
 
 A, E, K, MU, LOAD = 0.045, 0.0, 2.4e6, 1.2, 400.0
@@ -54,7 +54,7 @@ def draw(path: Path, psi: np.ndarray, M_z: np.ndarray, slope: np.ndarray, slide:
     """Torque, its derivative and the standard deviations over the angle."""
     back = int(np.argmax(psi))
     out, home = slice(0, back + 1), slice(back, None)
-    with picture(path, 7.5) as figure:
+    with figure_saved_as_png(path, 7.5) as figure:
         torque, share, spread = figure.subplots(3, 1, sharex=True)
         lines = []
         for leg, colour, label in ((out, BEFORE, "out, from rest"), (home, AFTER, "back")):

@@ -39,7 +39,10 @@ class ConstantGain(CasadiObserver):
         now, _ = build_clean(AligningTorque())(sample, before["last"])
         theta = ca.vertcat(ca.exp(before["log_mu"]), constants[1:-2])
         memory, M_z = self.model.step(before["memory"], now[: len(SIGNALS)], theta, constants[-2:])
-        slope, measured = ca.jtimes(M_z, state, self.layout.fill({"log_mu": 1})), now[CLEAN.index("M_z")]
+        slope, measured = (
+            ca.jtimes(M_z, state, self.layout.join_missing_as_zero({"log_mu": 1})),
+            now[CLEAN.index("M_z")],
+        )
         innovation = ca.if_else(ca.fabs(measured) < 1e9, measured - M_z, 0)
         log_mu = before["log_mu"] + GAIN * slope * innovation / (slope**2 + DAMPING**2)
         known = {"mu": ca.exp(log_mu), "mu_std": 0.1, "M_z_predicted": M_z}

@@ -26,7 +26,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
-from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
+from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, figure_saved_as_png, legend_above
 from brushgrip.published.friction_damper import EARTHQUAKES, HARMONIC, damper_folder
 from identification import (
     Channel,
@@ -45,7 +45,7 @@ from identification import (
 )
 from identification.diagnosis.unrefitted_prediction import simulated_minus_measured, values_from_training
 from symbolic import CANDIDATES, Model, Rig, Tyre, effects_named
-from symbolic.elements_in_series import deflection_of
+from symbolic.elements_in_series import series_deflection
 
 BESIDE = Path("../shared/second_rig")
 RAW_RATE, RADIUS, LOAD, KILO = 1024.0, 0.1, 50.0, 1e3
@@ -119,7 +119,7 @@ def on_unseen(
 
 def place_in_gap(model: Model, values: Mapping[str, float], recording: Recording) -> dict[str, float]:
     """The pretwist of a wheel that rests under the first sample's torque; none without a gap."""
-    deflection = deflection_of(model)
+    deflection = series_deflection(model)
     if deflection is None or "pretwist.psi_0" not in values:
         return {}
     elements = [recording.F_N[0], *np.asarray(model.theta(values)).ravel()]
@@ -142,9 +142,8 @@ def print_progress(message: str, done: int, total: int) -> None:
 
 def print_diagnosis(diagnosis: Diagnosis) -> None:
     """What was found from the harmonic runs alone."""
-    print(
-        f"before: {diagnosis.signatures_before.reading}\n\nstage      training   held out  [% of range]"
-    )
+    print(f"before: {diagnosis.signatures_before.summary_paragraph}\n")
+    print("stage      training   held out  [% of range]")
     for name in ("declared", "before", "after"):
         summary = getattr(diagnosis, name).summary()
         print(f"{name:10}{_percent(summary['torque_nrmse'])}{_percent(summary['holdout_torque_nrmse'])}")
@@ -190,14 +189,14 @@ def unseen_torques(
 def draw(diagnosis: Diagnosis, stages: Stages, unseen: Sequence[Recording], out: Path) -> None:
     """Loops of the harmonic runs that judge, and the earthquakes within the makers' windows."""
     series = {each.name: each for each in diagnosis.series}
-    with picture(out / "loops.png", 3.6) as figure:
+    with figure_saved_as_png(out / "loops.png", 3.6) as figure:
         for axis, name in zip(figure.subplots(1, len(JUDGES)), JUDGES, strict=True):
             each = series[name]
             lines = _lines(axis, KILO * RADIUS * each.psi, (each.measured, each.before, each.after))
             axis.set(title=f"{name}, held out", xlabel="displacement [mm]", ylabel="force [kN]")
         legend_above(figure, lines)
     first, *_, last = stages.values()
-    with picture(out / "earthquakes.png", 5.0) as figure:
+    with figure_saved_as_png(out / "earthquakes.png", 5.0) as figure:
         for axis, recording in zip(figure.subplots(len(unseen), 1), unseen, strict=True):
             name = recording.name
             place = slice(*np.searchsorted(recording.t, np.array(WINDOWS[name]) / RAW_RATE))

@@ -16,14 +16,22 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq
 
-from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET, TRACKS, legend_above, picture
+from brushgrip.pictures.style import (
+    AFTER,
+    BEFORE,
+    MEASURED,
+    QUIET,
+    TRACKS,
+    figure_saved_as_png,
+    legend_above,
+)
 from identification import Recording
 from observers import RootObserver, Sample, ZoneRootState
 from observers.thesis.zone_state_machine import (
     TorqueCurve,
     ZoneState,
     advance_zones,
-    turns_on_branch,
+    turns_from_rest_and_reversal,
     zone_torque_curve,
 )
 from symbolic import deformation_limit, full_slide_torque
@@ -58,7 +66,7 @@ def analytic(recording: Recording, at: int, x: np.ndarray) -> np.ndarray:
 
     From rest a bristle follows the turn up to its limit; since a reversal, up to twice its limit.
     """
-    turn, back = turns_on_branch(remembered(recording, at), recording.psi[at])
+    turn, back = turns_from_rest_and_reversal(remembered(recording, at), recording.psi[at])
     most = deformation_limit(x, LOAD, RIG, recording.tyre)
     return np.clip(-turn * (x - RIG.e), -most, most) + np.clip(-back * (x - RIG.e), -2 * most, 2 * most)
 
@@ -108,7 +116,9 @@ def angle(recording: Recording) -> np.ndarray:
         state = advance_zones(state, psi, MIN_REVERSAL)
 
         def misses(angle: float, M_z: float = M_z, F_N: float = F_N, state: ZoneState = state) -> float:
-            return M_z - zone_torque_curve(turns_on_branch(state, angle), F_N, K, RIG)(mu)[0]
+            return (
+                M_z - zone_torque_curve(turns_from_rest_and_reversal(state, angle), F_N, K, RIG)(mu)[0]
+            )
 
         estimate.append(brentq(misses, psi - reach, psi + reach))
     return np.array(estimate)
@@ -116,14 +126,16 @@ def angle(recording: Recording) -> np.ndarray:
 
 def torque_curve(recording: Recording, at: int) -> TorqueCurve:
     """The zones' torque over mu at a sample."""
-    return zone_torque_curve(turns_on_branch(remembered(recording, at), recording.psi[at]), LOAD, K, RIG)
+    return zone_torque_curve(
+        turns_from_rest_and_reversal(remembered(recording, at), recording.psi[at]), LOAD, K, RIG
+    )
 
 
 def draw_deformation(path: Path, recording: Recording) -> None:
     """Figure 3.4, at three instants; prints how far the two are apart."""
     x = np.linspace(-RIG.a, RIG.a, BRISTLES)
     limit = deformation_limit(x, LOAD, RIG, recording.tyre)
-    with picture(path, 3.2) as figure:
+    with figure_saved_as_png(path, 3.2) as figure:
         for axes, instant in zip(figure.subplots(1, 3, sharey=True), INSTANTS, strict=True):
             at = round(instant / DT)
             q, bristles = analytic(recording, at, x), stepped(recording, at, x)
@@ -143,7 +155,7 @@ def draw_deformation(path: Path, recording: Recording) -> None:
 
 def draw_angle(path: Path, recording: Recording) -> None:
     """Figure 3.6, in time and with the torque late; prints the errors."""
-    with picture(path, 4.6) as figure:
+    with figure_saved_as_png(path, 4.6) as figure:
         above, below = figure.subplots(2, 1, sharex=True)
         lines = above.plot(recording.t, recording.psi, color=MEASURED, label="true")
         for case, label, colour in ((recording, "in time", AFTER), (late(recording), "late", BEFORE)):
@@ -159,7 +171,7 @@ def draw_angle(path: Path, recording: Recording) -> None:
 
 def draw_friction(path: Path) -> None:
     """Figures 3.7, 6.1 and 6.2; prints the errors."""
-    with picture(path, 3.4) as figure:
+    with figure_saved_as_png(path, 3.4) as figure:
         for axes, mu in zip(figure.subplots(1, 3), FACTORS, strict=True):
             recording = steered(mu)
             lines = [axes.axhline(mu, color=QUIET, label="true")]
@@ -187,7 +199,7 @@ def draw_roots(path: Path, recording: Recording) -> None:
     f = {at: case.M_z[at] - np.array([curves[at](mu)[0] for mu in tried]) for at in settled}
     rootless = [at for at in settled if (f[at] > 0).all() or (f[at] < 0).all()]
     print(f"torque noise {NOISE:.0%} of range: no root in {len(rootless) / len(f):.0%} of the samples")
-    with picture(path, 3.4) as figure:
+    with figure_saved_as_png(path, 3.4) as figure:
         for axes, at in zip(figure.subplots(1, 2), (settled[0], rootless[0]), strict=True):
             axes.plot(tried, f[at], color=AFTER)
             axes.axhline(0, color=MEASURED, ls="--", lw=0.8)
@@ -205,7 +217,7 @@ def draw_causes(path: Path, recording: Recording) -> None:
     blind = (slope < BLIND) & (t > SETTLED)
     print(f"torque hardly tells mu: to {t[slope >= BLIND][0]:.2f} s,", end=" ")
     print(f"{t[blind][0]:.2f} to {t[blind][-1]:.2f} s; reversals at {reversals} s")
-    with picture(path, 3.6) as figure:
+    with figure_saved_as_png(path, 3.6) as figure:
         axes = figure.subplots()
         artists = [axes.axhline(mu, color=QUIET, label="true")]
         for case, label, colour in ((late(recording), "late", BEFORE), (recording, "in time", AFTER)):
@@ -224,7 +236,7 @@ def draw_causes(path: Path, recording: Recording) -> None:
 
 def draw_filter(path: Path, recording: Recording) -> None:
     """Figure 5.9: the filter (5.9) on estimates from a noisy torque; prints the errors."""
-    with picture(path, 3.6) as figure:
+    with figure_saved_as_png(path, 3.6) as figure:
         axes = figure.subplots()
         artists = [axes.axhline(recording.tyre.mu, color=MEASURED, ls="--", lw=0.8, label="true")]
         for alpha, colour in zip((0.0, *ALPHAS), (QUIET, BEFORE, AFTER), strict=True):

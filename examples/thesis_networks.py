@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.comparison.methods import train_neural_network, train_root_correction_network
-from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, picture
+from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, figure_saved_as_png, legend_above
 from identification import Recording, read_recording
 from identification.thesis.friction_network import FrictionNetwork, LabelMean, NetworkDesign, label_mean
 from observers import Ekf, RootObserver
@@ -128,7 +128,7 @@ def measured(folder: Path, designs: Sequence[NetworkDesign], full: bool) -> None
 
 def draw(path: Path, tests: Sequence[Recording], tracks: Sequence[dict[str, np.ndarray]]) -> None:
     """Friction by every method on both profiles."""
-    with picture(path, 3.8) as figure:
+    with figure_saved_as_png(path, 3.8) as figure:
         for axes, test, track in zip(figure.subplots(1, 2, sharey=True), tests, tracks, strict=True):
             lines = [axes.axhline(1.0, color=MEASURED, lw=0.8, ls="--", label="true")]
             for name, (colour, style) in LINES.items():

@@ -27,12 +27,12 @@ from matplotlib.colors import ListedColormap
 from numpy.typing import NDArray
 
 from brushgrip.comparison.methods import (
-    all_inputs,
-    angle_and_torque_inputs,
+    correction_network_inputs,
+    neural_network_inputs,
     train_neural_network,
     train_root_correction_network,
 )
-from brushgrip.pictures.style import BEFORE, MEASURED, picture
+from brushgrip.pictures.style import BEFORE, MEASURED, figure_saved_as_png
 from observers import Ekf, Mhe, Sample, Tuning
 from observers.thesis.root_observer import CLOSE, nearest_root
 from observers.thesis.zone_state_machine import zone_torque_curve
@@ -119,7 +119,7 @@ def surfaces(psi: np.ndarray, M: np.ndarray) -> dict[str, Surface]:
     middle = (BACK.start + BACK.stop) // 2
     few, many = (
         np.tile(make(SIMULATION)[middle], (psi.size, 1))
-        for make in (angle_and_torque_inputs, all_inputs)
+        for make in (neural_network_inputs, correction_network_inputs)
     )
     for rows in (few, many):
         rows[:, 0], rows[:, 2] = psi, M
@@ -129,8 +129,8 @@ def surfaces(psi: np.ndarray, M: np.ndarray) -> dict[str, Surface]:
     follow = {"EKF": Ekf(**common, tuning=CLEAN), "MHE": Mhe(**common, tuning=CLEAN)}
     return {
         "root": always(mu),
-        "neural network": always(plain.at(few)),
-        "root and network": always(correcting.at(many)),
+        "neural network": always(plain.predict_friction(few)),
+        "root and network": always(correcting.predict_friction(many)),
         "EKF, one sample alone": filtered(alone, psi, M, TURN, measured=False),
         **{
             f"{name}, one false sample in a stream": filtered(one, psi, M, middle, measured=True)
@@ -156,7 +156,7 @@ def tolerated(psi: np.ndarray, M: np.ndarray, right: NDArray[np.bool_]) -> float
 
 def draw(path: Path, psi: np.ndarray, M: np.ndarray, results: dict[str, Surface]) -> None:
     """The estimate over the mesh, the right tenth outlined, what is not answered left white."""
-    with picture(path, 6.6) as figure:
+    with figure_saved_as_png(path, 6.6) as figure:
         panels: list[Axes] = list(figure.subplots(2, 3, sharex=True, sharey=True).ravel())
         for axes, (name, surface) in zip(panels, results.items(), strict=True):
             mu, right = (

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET, legend_above, picture
+from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET, figure_saved_as_png, legend_above
 from published import published_simulation, simulation_folder
 from symbolic import (
     Rig,
@@ -114,7 +114,7 @@ def published(folder: Path) -> Iterator[str]:
         tyre = Tyre(k=6e4, mu=mu)
         exact = simulate_motion(rig, tyre, profile, LOAD, duration=float(t[-1]), rate=100.0)
         fine = np.arange(10 * (t.size - 1) + 1) / RATE
-        rows = second_order(rig, tyre, LOAD, profile.at(fine), 1 / RATE, BRISTLES)
+        rows = second_order(rig, tyre, LOAD, profile.torque_at(fine), 1 / RATE, BRISTLES)
         angle, M_z = (values[::10] for values in rows)
         for scheme, values, torque in (
             ("exact", exact.psi, exact.M_z),
@@ -126,7 +126,7 @@ def published(folder: Path) -> Iterator[str]:
 
 def draw(path: Path, motion: WheelMotion) -> None:
     """The motion on the left, figure 2.5; the patch at four instants on the right, figure 2.6."""
-    with picture(path, 5.6) as figure:
+    with figure_saved_as_png(path, 5.6) as figure:
         grid = figure.add_gridspec(4, 2, width_ratios=[5, 4])
         left = [figure.add_subplot(grid[0:2, 0]), figure.add_subplot(grid[2, 0])]
         left.append(figure.add_subplot(grid[3, 0]))

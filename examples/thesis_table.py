@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, picture
+from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, figure_saved_as_png, legend_above
 from identification import Recording
 from observers import Ekf, Mhe, Observer, RootObserver, Tuning, run
 from published import published_simulation, simulation_folder
@@ -107,7 +107,7 @@ def draw(path: Path, tracks: dict[str, np.ndarray]) -> None:
     """Angle and zones, and mu by everyone, over the nested profile."""
     recording = steered(DRAWN, NESTED)
     count = zones(recording.psi)
-    with picture(path, 5.0) as figure:
+    with figure_saved_as_png(path, 5.0) as figure:
         angle, friction = figure.subplots(2, 1, sharex=True)
         angle.plot(recording.t, recording.psi, color=MEASURED)
         angle.set_ylabel("yaw angle ψ [rad]")

@@ -18,7 +18,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from brushgrip.pictures.style import MEASURED, TRACKS, legend_above, picture
+from brushgrip.pictures.style import MEASURED, TRACKS, figure_saved_as_png, legend_above
 from identification import Tow, TowedFriction, friction_by_towing
 from reference_rig import Towing, make_tows
 
@@ -35,7 +35,7 @@ def towed(seed: int, towing: Towing) -> TowedFriction:
 
 def draw(path: Path, results: dict[str, TowedFriction]) -> None:
     """Every tow and the fitted lines with their intervals, the thesis's figure 5.3."""
-    with picture(path, 4.2) as figure:
+    with figure_saved_as_png(path, 4.2) as figure:
         axes = figure.subplots()
         loads = np.array([0.0, 170.0])
         lines = []

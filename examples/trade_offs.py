@@ -24,10 +24,10 @@ from matplotlib.axes import Axes
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
+from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, figure_saved_as_png, legend_above
 from identification import LIMIT, Recording, fit, initial_guess
 from identification.fits.covariance import parameter_correlation, standard_deviations
-from identification.fits.profile import HALF_LENGTH, Profile, ProfiledParameter, profile
+from identification.fits.profile_likelihood import HALF_LENGTH, Profile, ProfiledParameter, profile
 from identification.loop_plot import matplotlib_text
 from reference_rig import RigTyre, make_recording
 from rig_recordings import as_read
@@ -83,7 +83,7 @@ def interval_sentence(result: Profile) -> str:
 
 def draw_profile(path: Path, profiles: Mapping[str, tuple[Profile, str]]) -> None:
     """Draw columns: the deviance along one parameter, and below it the named one, refitted."""
-    with picture(path, 5.0) as figure:
+    with figure_saved_as_png(path, 5.0) as figure:
         panels = figure.subplots(2, len(profiles), squeeze=False, sharex="col")
         artists: list[Artist] = []
         for (above, below), (title, (profile, partner)) in zip(panels.T, profiles.items(), strict=True):

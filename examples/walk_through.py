@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.pictures.diagnosis import draw_loops, draw_residuals, draw_signatures
+from brushgrip.pictures.diagnosis import draw_loops, draw_residual_correlations, draw_residuals
 from brushgrip.report.tables import errors_by_stage
 from brushgrip.wording.formatting import (
     effect_words,
@@ -130,8 +130,8 @@ def figures(
         "whole_errors": errors_table(whole),
         "whole_effects": effects_table(whole),
         "whole_recordings": recordings_table(whole),
-        "reading_before": sentence(split.signatures_before.reading),
-        "reading_after": sentence(split.signatures_after.reading),
+        "reading_before": sentence(split.signatures_before.summary_paragraph),
+        "reading_after": sentence(split.signatures_after.summary_paragraph),
         "evidence": sentence(split.unexplained.evidence.split(". ")[0]),
         "experiments": "\n".join(
             f"- {sentence(e.experiment.sentence)}" for e in split.effects if e.experiment
@@ -145,7 +145,9 @@ def figures(
 def draw(folder: Path, split: Diagnosis) -> None:
     """The pictures beside the page."""
     folder.mkdir(parents=True, exist_ok=True)
-    draw_signatures(folder / "signatures.png", split.signatures_before, split.signatures_after)
+    draw_residual_correlations(
+        folder / "signatures.png", split.signatures_before, split.signatures_after
+    )
     draw_loops(folder / "loops.png", split)
     draw_residuals(folder / "residuals.png", split)
 

@@ -18,7 +18,7 @@ from identification.fits.least_squares_problem import signals_of
 from identification.fits.loss import LEAST_SQUARES, Huber, Loss, Squares
 from identification.fits.options import FitOptions
 from identification.fits.parameter_values import ParameterEstimate, Values, initial_guess, replaced_rig
-from identification.fits.profile import LIMIT, Profile, profile
+from identification.fits.profile_likelihood import LIMIT, Profile, profile
 from identification.free_decay.recording import Decay, read_decay
 from identification.free_decay.results import FreeDecay, VibrationFit
 from identification.free_decay.stiffness_and_damping_by_likelihood import identify_free_decay
@@ -43,8 +43,8 @@ from identification.residuals.partial_correlations import SignalCorrelation, Sig
 from identification.residuals.residual_signals import RESIDUAL_SIGNALS
 from identification.residuals.unexplained_residual import Unexplained
 from identification.selection.criteria import SelectionCriteria
-from identification.selection.journal import Journal
 from identification.selection.stepwise_search import search
+from identification.selection.trial_journal import Journal
 from identification.thesis.block_towing import Tow, TowedFriction, friction_by_towing
 from symbolic import FoundModel
 

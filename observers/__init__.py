@@ -6,7 +6,7 @@ from observers.estimators.ekf import Ekf
 from observers.estimators.mhe import Mhe
 from observers.interfaces.car_observer import RackSampler, car_observer, run_standstills
 from observers.interfaces.control_loop import Loop
-from observers.interfaces.factory import aligning_torque_for, from_files
+from observers.interfaces.observer_from_files import aligning_torque_for, from_files
 from observers.interfaces.run import run
 from observers.interfaces.smoothing import smooth
 from observers.interfaces.tuning_profiles import PROFILES, profile, tuning_for

@@ -41,31 +41,31 @@ class Estimates:
     turn: Array
 
     @property
-    def measured(self) -> NDArray[np.bool_]:
+    def has_measured_torque(self) -> NDArray[np.bool_]:
         """True where the sample carried a torque: not all do where channels have rates of their own."""
         return np.asarray(self.status & Status.MISSING == 0, dtype=np.bool_)
 
     @property
-    def wide(self) -> NDArray[np.bool_]:
+    def is_too_uncertain(self) -> NDArray[np.bool_]:
         """Where nothing is flagged but mu's deviation, too large to be informed, shape (n,)."""
         return np.asarray(~self.informed & (self.status == Status.USED), dtype=np.bool_)
 
     @property
-    def usable_from(self) -> float:
+    def first_usable_time(self) -> float:
         """Time of the first usable sample [s], NaN where there is none."""
         return float(self.t[np.argmax(self.usable)]) if self.usable.any() else float("nan")
 
     @property
     def usable_share(self) -> float:
         """Share of the samples with a torque that are usable [1]."""
-        return float(self.usable.sum()) / max(1, int(self.measured.sum()))
+        return float(self.usable.sum()) / max(1, int(self.has_measured_torque.sum()))
 
     def __repr__(self) -> str:
         """One line: how many samples, how long, and friction at the end."""
         count = self.t.size
         if not count:
             return "<Estimates of no sample>"
-        return f"<Estimates of {count} samples to {self.t[-1]:g} s: {self._friction()}>"
+        return f"<Estimates of {count} samples to {self.t[-1]:g} s: {self._final_friction_text()}>"
 
     def _repr_html_(self) -> str:
         """The same as a table, with when friction was known and what was odd."""
@@ -75,7 +75,7 @@ class Estimates:
         on_last = known[known >= changes[-1]] if changes.size else known
         since = "never"
         if known.size:
-            since = f"{known.size} of {self.measured.sum()} samples with a torque"
+            since = f"{known.size} of {self.has_measured_torque.sum()} samples with a torque"
             ground = f"on the ground since {self.t[changes[-1]]:g} s " if changes.size else ""
             when = f"from {self.t[on_last[0]]:g} s" if on_last.size else "never"
             since = f"{ground}{when}, {since}"
@@ -83,7 +83,7 @@ class Estimates:
         odd = ", ".join(f"{flag.name} {count}" for flag, count in flags if count)
         rows = [
             ("samples", f"{self.t.size} to {self.t[-1]:g} s"),
-            ("friction coefficient", self._friction()),
+            ("friction coefficient", self._final_friction_text()),
             ("usable", since),
             ("status", odd or "every sample used"),
         ]
@@ -110,7 +110,7 @@ class Estimates:
                 label=f"± {BAND_STDS:g} standard deviations",
             )  # fmt: skip
         if new:
-            self._frame(axes)
+            self._set_labels_and_limits(axes)
         axes.legend()
         return axes
 
@@ -128,11 +128,11 @@ class Estimates:
             ) from None
         return pandas.DataFrame(vars(self)).set_index("t")
 
-    def _friction(self) -> str:
+    def _final_friction_text(self) -> str:
         known = "informed" if self.informed[-1] else "not informed"
         return f"mu {self.mu[-1]:.3f} ± {self.mu_std[-1]:.3f} at the end, {known}"
 
-    def _frame(self, axes: "Axes") -> None:
+    def _set_labels_and_limits(self, axes: "Axes") -> None:
         """Labels, and limits for the informed estimates: the wide band before may be cut off."""
         axes.set_xlabel("time t [s]")
         axes.set_ylabel("friction coefficient μ [1]")

@@ -56,7 +56,7 @@ class Layout:
         """
         return ca.vertcat(*(ca.densify(ca.vec(parts[name])) for name, _, _ in self.fields))
 
-    def fill(self, parts: Mapping[str, Expression]) -> ca.MX:
+    def join_missing_as_zero(self, parts: Mapping[str, Expression]) -> ca.MX:
         """The casadi vector of some parts: one column fills its part, a missing part is 0."""
         full_size = {}
         for name, rows, columns in self.fields:

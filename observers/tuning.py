@@ -67,7 +67,7 @@ LEAST_STIFFNESS = 1.5
 that is off by that error tells k no closer, and a k that is declared closer would never be confirmed."""
 
 
-def require_whole(**counts: object) -> None:
+def require_counts(**counts: object) -> None:
     """Refuses what is no whole number of at least 1."""
     for name, value in counts.items():
         if not (isinstance(value, int) and value >= 1):
@@ -167,20 +167,20 @@ class Tuning:
                 f"mu must lie between least and greatest, {self.least} and {self.greatest},"
                 f" got {self.mu}"
             )
-        require_whole(reset_after=self.reset_after)
+        require_counts(reset_after=self.reset_after)
 
     @property
-    def log_std(self) -> float:
+    def prior_log_mu_std(self) -> float:
         """Prior standard deviation of ln mu [1]."""
         return self.mu_std / self.mu
 
     @property
     def informed_below(self) -> float:
         """Relative standard deviation of mu below which an estimate is informed [1]."""
-        return INFORMED * self.log_std
+        return INFORMED * self.prior_log_mu_std
 
     @property
-    def limits(self) -> tuple[float, ...]:
+    def sensor_limits(self) -> tuple[float, ...]:
         """Limits of what a sensor may give in the order of `PLAUSIBLE`, none above `NO_LIMIT`."""
         return tuple(min(float(getattr(self, name)), NO_LIMIT) for name in PLAUSIBLE)
 
@@ -194,7 +194,7 @@ TUNING_FIELDS = tuple(field.name for field in fields(Tuning))
 """Order of `Tuning.vector`."""
 
 
-def meanings() -> dict[str, str]:
+def field_meanings() -> dict[str, str]:
     """Meaning of each field of `Tuning`: the first sentence of its description, without the unit."""
     found = {}
     described = cleandoc(Tuning.__doc__ or "").partition("Attributes:")[2]
@@ -216,13 +216,13 @@ def tuning_with_tolerances(tuning: Tuning, rig: Rig, stiffness: float) -> Tuning
     least = min(LEAST_STIFFNESS * tuning.error, EVEN * USUAL["k"])
     return replace(
         tuning,
-        torque_limit=min(tuning.torque_limit, rig.torque_limit),
-        mu_floor=hypot(*friction_floor(tuning, rig).values()),
+        torque_limit=min(tuning.torque_limit, rig.sensor_torque_limit),
+        mu_floor=hypot(*mu_std_floor_by_cause(tuning, rig).values()),
         stiffness_std=max(hypot(tuning.stiffness_std, EVEN * tolerance, patch), least),
     )
 
 
-def friction_floor(tuning: Tuning, rig: Rig) -> dict[str, float]:
+def mu_std_floor_by_cause(tuning: Tuning, rig: Rig) -> dict[str, float]:
     """Deviations that no measurement lowers, by cause, as shares of mu [1]; they add in quadrature."""
     load = USUAL["load"] if rig.tolerances.load is None else rig.tolerances.load
     return {

@@ -8,7 +8,7 @@
 """
 
 from symbolic.bristle_patch import BristleTraits, Relaxation
-from symbolic.compilation.compiled import compiled, compiler
+from symbolic.compilation.compiled_function_cache import compiled, compiler
 from symbolic.effects.base import (
     Effect,
     Parameter,

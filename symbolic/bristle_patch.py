@@ -93,7 +93,7 @@ class BristlePatch:
             )
 
     @property
-    def bristles(self) -> int:
+    def bristle_count(self) -> int:
         """Number of bristles."""
         wide = self.traits.half_width is not None
         return (self.columns // 2) * self.rows if wide else self.columns
@@ -101,7 +101,7 @@ class BristlePatch:
     @property
     def size(self) -> int:
         """Length of the memory vector."""
-        return self.bristles * (1 if self.traits.relaxation is None else 2)
+        return self.bristle_count * (1 if self.traits.relaxation is None else 2)
 
     def initial(self) -> Array:
         """The virgin patch: zeros of shape (size,)."""
@@ -110,11 +110,11 @@ class BristlePatch:
     @property
     def coefficient_size(self) -> int:
         """Lever / a, limit, torque weight of every bristle; two numbers for relaxation, two for slip."""
-        return 3 * self.bristles + 4
+        return 3 * self.bristle_count + 4
 
     def coefficients(self, inputs: PatchInputs) -> Expression:
         """Lever arms, limits at this sample and torque weights; see `Patch.coefficients`."""
-        lever, limit, weight = self._geometry(inputs)
+        lever, limit, weight = self._levers_limits_weights(inputs)
         relaxation = self.traits.relaxation
         decay: Expression = 0
         branch_gain: Expression = 0
@@ -130,7 +130,7 @@ class BristlePatch:
 
     def advance(self, memory: Expression, turn: Expression, coefficients: Expression) -> Expression:
         """One sample of every bristle, in q / a; see `Patch.advance`."""
-        n = self.bristles
+        n = self.bristle_count
         lever, limit = coefficients[:n], coefficients[n : 2 * n]
         stretch = -lever * turn
         reach = coefficients[3 * n + 2]
@@ -149,7 +149,7 @@ class BristlePatch:
 
     def torque(self, memory: Expression, coefficients: Expression) -> Expression:
         """The moment of the bristles and their branches; see `Patch.torque`."""
-        n = self.bristles
+        n = self.bristle_count
         stress = memory if self.traits.relaxation is None else memory[:n] + memory[n:]
         return ca.dot(stress, coefficients[2 * n : 3 * n])
 
@@ -158,15 +158,15 @@ class BristlePatch:
 
         Spring and Maxwell branch bear the limit between them, so that relaxation does not matter.
         """
-        lever, limit, weight = self._geometry(inputs)
+        lever, limit, weight = self._levers_limits_weights(inputs)
         if self.traits.creep is not None:
             limit = limit * log_creep_factor(ca.fabs(lever * inputs.speed), self.traits.creep)
         declared = inputs.F_N * full_slide_arm(inputs.a, inputs.e)
         return inputs.k * inputs.a * ca.dot(weight * ca.fabs(lever), limit) / declared
 
-    def _geometry(self, inputs: PatchInputs) -> tuple[Expression, Expression, Expression]:
+    def _levers_limits_weights(self, inputs: PatchInputs) -> tuple[Expression, Expression, Expression]:
         """Lever arm [m], limit of stress / (k a) [1] and weight [m] of every bristle."""
-        u, v, weight = self.nodes()
+        u, v, weight = self.nodes_and_weights()
         growth = self.traits.relative_length(inputs.F_N, inputs.a)
         if self.traits.growth is not None:
             # Bristles are where the material is: a patch that grows takes up new ones, undeformed.
@@ -182,7 +182,7 @@ class BristlePatch:
             limit = limit * factor(speed)
         return lever, limit, weight * inputs.a
 
-    def nodes(self) -> tuple[ca.DM, ca.DM, ca.DM]:
+    def nodes_and_weights(self) -> tuple[ca.DM, ca.DM, ca.DM]:
         """Places x / a, y / half_width and weights over u of every bristle."""
         wide = self.traits.half_width is not None
         along, share = unit_gauss_legendre(self.columns // 2 if wide else self.columns)

@@ -18,15 +18,15 @@ BALANCE_STEPS = 8
 """Newton steps within each of them, for the deflection against a patch that is linear [1]."""
 
 
-def deflection_of(model: Composition, *, gaps: bool = False) -> ca.Function | None:
+def series_deflection(model: Composition, *, gaps: bool = False) -> ca.Function | None:
     """(M_z, load and theta) -> turn of what is in series with the patch [rad], or of gaps alone.
 
     None where there is nothing.
     """
-    M_z, F_N, theta = ca.MX.sym("M_z"), ca.MX.sym("F_N"), model.symbols()[1]
+    M_z, F_N, theta = ca.MX.sym("M_z"), ca.MX.sym("F_N"), model.input_symbols()[1]
     turns = [
         effect.deflection(M_z, F_N, values)
-        for effect, values in model.values(theta)
+        for effect, values in model.values_by_effect(theta)
         if effect.is_gap or not gaps
     ]
     present = [turn for turn in turns if turn is not None]
@@ -52,7 +52,9 @@ def advance_in_series(
     """
     if deflection is None:
         return rigid_turn, patch.advance(memory, rigid_turn, coefficients)
-    root, slope, follows = _search(patch, deflection, steps)(memory, coefficients, rigid_turn, elements)
+    root, slope, follows = _series_torque_search(patch, deflection, steps)(
+        memory, coefficients, rigid_turn, elements
+    )
     turn = rigid_turn + deflection(root, elements)
     near = patch.advance(memory, turn, coefficients)
     M_z = root + (patch.torque(near, coefficients) - root) / slope
@@ -62,7 +64,7 @@ def advance_in_series(
     return turn + further, patch.advance(memory, turn + further, coefficients)
 
 
-def _search(patch: Patch, deflection: ca.Function, steps: int) -> ca.Function:
+def _series_torque_search(patch: Patch, deflection: ca.Function, steps: int) -> ca.Function:
     """The search for M_z: (memory, coefficients, rigid_turn, elements) -> (M_z, slope, follows)."""
     before, rest = ca.MX.sym("memory", patch.size), ca.MX.sym("coefficients", patch.coefficient_size)
     elements = ca.MX.sym("elements", deflection.size1_in(1))
@@ -74,7 +76,7 @@ def _search(patch: Patch, deflection: ca.Function, steps: int) -> ca.Function:
     slope = ca.jtimes(M_z, turn, ca.MX(1))
     tangent = named_function("tangent", given, {"M_z": M_z, "slope": slope})
     slopes = named_function("slopes", given, {"slope": slope, "follows": follows})
-    balanced = build_series_torque(deflection)
+    balanced = build_linear_patch_balance(deflection)
     # The residual rises with the turn by at least one to one, so its value at rest brackets the root.
     root: Expression = ca.MX(0)
     torque, slope = tangent(before, root, rest)
@@ -100,7 +102,7 @@ def _search(patch: Patch, deflection: ca.Function, steps: int) -> ca.Function:
     return named_function("search", inputs, found, is_diff_out=[False] * len(found))
 
 
-def build_series_torque(deflection: ca.Function) -> ca.Function:
+def build_linear_patch_balance(deflection: ca.Function) -> ca.Function:
     """(rigid, slope, elements) -> M with M = rigid + slope d(M), the patch being linear.
 
     rigid is the torque of the patch without the elements [N m], slope <= 0 that by its turn [N m/rad].

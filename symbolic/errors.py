@@ -18,7 +18,7 @@ class InvalidInputError(BrushgripError, ValueError):
 
 def one_line(text: str) -> str:
     """The text as `printable` has it, its middle cut out where it is long."""
-    return _clipped(printable(_clipped(text)))
+    return _cut_in_the_middle(printable(_cut_in_the_middle(text)))
 
 
 def printable(text: str) -> str:
@@ -27,16 +27,16 @@ def printable(text: str) -> str:
     What a terminal takes for a command, turns the direction of writing or is half a character, as in a
     file name that is not UTF-8, stands as its escape sequence.
     """
-    return "".join(map(_visible, text))
+    return "".join(map(_escaped_if_unprintable, text))
 
 
-def _clipped(text: str) -> str:
+def _cut_in_the_middle(text: str) -> str:
     if len(text) <= _MAX_LENGTH:
         return text
     return f"{text[: _MAX_LENGTH - _END_LENGTH - 3]} … {text[-_END_LENGTH:]}"
 
 
-def _visible(character: str) -> str:
+def _escaped_if_unprintable(character: str) -> str:
     if character.isprintable():
         return character
     return " " if character.isspace() else character.encode("unicode_escape").decode("ascii")

@@ -35,13 +35,15 @@ def build_full_slide(
     the model's patch.
     """
     memory, rate, F_N = ca.MX.sym("memory", model.memory_size), ca.MX.sym("rate"), ca.MX.sym("F_N")
-    _, theta, geometry = model.symbols()
-    angle, _, own = model.split(memory)
-    effects = model.values(theta)
+    _, theta, geometry = model.input_symbols()
+    angle, _, own = model.split_memory(memory)
+    effects = model.values_by_effect(theta)
     # No steady torque depends on the time step.
     forth = Signals(psi=angle, psi_dot=rate, F_N=F_N, dt=1)
     sides = (forth, replace(forth, psi_dot=-rate))
-    factors, torques = zip(*(factor_and_torque(effects, own, side) for side in sides), strict=True)
+    factors, torques = zip(
+        *(friction_factor_and_torque(effects, own, side) for side in sides), strict=True
+    )
     # The patch itself slides alike to both sides, and in proportion to the factor on its limit.
     inputs = patch_inputs(forth, (factors[0] + factors[1]) / 2, theta, geometry)
     declared = F_N * full_slide_arm(inputs.a, inputs.e)
@@ -52,7 +54,7 @@ def build_full_slide(
     return named_function("full_slide", given, outputs, cse=True)
 
 
-def factor_and_torque(
+def friction_factor_and_torque(
     effects: Sequence[tuple[Effect, Values]], own: list[Expression], side: Signals
 ) -> tuple[Expression, Expression]:
     """Factor on the limit [1], and torque of the ground beside the patch [N m], of all effects."""

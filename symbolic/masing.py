@@ -77,19 +77,19 @@ class TurningPoints:
         """Zones of the deformation while the wheel turns: 3 on the virgin branch, 2 a turning point."""
         return 2 * len(self.psi) + 1
 
-    def with_turn_back(self, psi: float, M_z: float) -> "TurningPoints":
+    def with_new_point(self, psi: float, M_z: float) -> "TurningPoints":
         """The memory after a turn back at an angle [rad] with the torque there [N m]."""
         return TurningPoints(psi=(*self.psi, psi), M_z=(*self.M_z, M_z))
 
-    def without_last_turn(self) -> "TurningPoints":
+    def without_last_point(self) -> "TurningPoints":
         """The memory without the last turn back: the wheel has not turned since."""
-        return self._without(1)
+        return self._without_points(1)
 
     def without_closed_loop(self) -> "TurningPoints":
         """The memory after the present loop has closed: its two turning points are forgotten."""
-        return self._without(2)
+        return self._without_points(2)
 
-    def _without(self, turns: int) -> "TurningPoints":
+    def _without_points(self, turns: int) -> "TurningPoints":
         kept = max(1, len(self.psi) - turns)
         return TurningPoints(psi=self.psi[:kept], M_z=self.M_z[:kept])
 

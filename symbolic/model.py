@@ -13,7 +13,7 @@ import casadi as ca
 from symbolic.bristle_patch import BristlePatch, BristleTraits
 from symbolic.casadi_functions import named_function
 from symbolic.effects.base import Effect, Parameter, parameter_name, with_scope
-from symbolic.elements_in_series import SEARCH_STEPS, advance_in_series, deflection_of
+from symbolic.elements_in_series import SEARCH_STEPS, advance_in_series, series_deflection
 from symbolic.errors import InvalidInputError
 from symbolic.full_slide import build_full_slide
 from symbolic.parameters import FRICTION, STIFFNESS
@@ -58,10 +58,11 @@ class Model:
     search_steps: int = SEARCH_STEPS
 
     @cached_property
-    def coordinates(self) -> tuple[str, ...]:
+    def coordinate_names(self) -> tuple[str, ...]:
         """Names of the parameter vector theta: mu, k, then effect.parameter."""
         return tuple(
-            f"{effect.name}.{p.coordinate}" if effect else p.coordinate for effect, p in self.parameters
+            f"{effect.name}.{p.coordinate_name}" if effect else p.coordinate_name
+            for effect, p in self.parameters
         )
 
     @cached_property
@@ -95,7 +96,7 @@ class Model:
         return vector
 
     @property
-    def exact(self) -> bool:
+    def uses_exact_patch(self) -> bool:
         """Whether the patch is the exact one: no effect breaks the parabola."""
         return not (self.discretised or any(effect.needs_bristles for effect in self.effects))
 
@@ -105,10 +106,10 @@ class Model:
         Args:
             theta: the parameter vector, casadi; None where only sizes matter.
         """
-        if self.exact:
+        if self.uses_exact_patch:
             return ZonePatch(corners=self.corners)
         traits = BristleTraits()
-        for effect, values in self.values(self.symbols()[1] if theta is None else theta):
+        for effect, values in self.values_by_effect(self.input_symbols()[1] if theta is None else theta):
             traits = effect.traits(traits, values)
         return BristlePatch(traits=traits, columns=self.bristles)
 
@@ -155,30 +156,30 @@ class Model:
 
         The declared model's memory depends on neither mu nor k (`symbolic.zone_patch`).
         """
-        i = self.coordinates.index(coordinate)
+        i = self.coordinate_names.index(coordinate)
         depends = (self.step.jac_sparsity(0, 2), self.initial.jac_sparsity(0, 1))
         return any(s.colind()[i + 1] > s.colind()[i] for s in depends)
 
-    def symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
+    def input_symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
         """Fresh symbols for signals (4,), theta (p,) and geometry (2,)."""
         theta, geometry = ca.MX.sym("theta", len(self.parameters)), ca.MX.sym("geometry", len(GEOMETRY))
         return ca.MX.sym("signals", len(SIGNALS)), theta, geometry
 
-    def values(self, theta: Expression) -> list[tuple[Effect, dict[str, Expression]]]:
+    def values_by_effect(self, theta: Expression) -> list[tuple[Effect, dict[str, Expression]]]:
         """Each effect with its own part of theta, by coordinate name."""
         split, at = [], len(DECLARED)
         for effect in self.effects:
-            values = {p.coordinate: theta[i] for i, p in enumerate(effect.parameters, start=at)}
+            values = {p.coordinate_name: theta[i] for i, p in enumerate(effect.parameters, start=at)}
             split.append((effect, values))
             at += len(effect.parameters)
         return split
 
-    def split(self, memory: Expression) -> tuple[Expression, Expression, list[Expression]]:
+    def split_memory(self, memory: Expression) -> tuple[Expression, Expression, list[Expression]]:
         """Patch angle, patch memory, and each effect's own memory."""
         own = 1 + self.patch().size
-        return memory[0], memory[1:own], self.split_own(memory, own)
+        return memory[0], memory[1:own], self.split_effect_memories(memory, own)
 
-    def split_own(self, memory: Expression, at: int = 0) -> list[Expression]:
+    def split_effect_memories(self, memory: Expression, at: int = 0) -> list[Expression]:
         """Each effect's own memory, the first one's from an index on."""
         parts = []
         for effect in self.effects:
@@ -187,18 +188,18 @@ class Model:
         return parts
 
 
-def _symbols(model: Model) -> dict[str, ca.MX]:
-    signals, theta, geometry = model.symbols()
+def _step_input_symbols(model: Model) -> dict[str, ca.MX]:
+    signals, theta, geometry = model.input_symbols()
     memory = ca.MX.sym("memory", model.memory_size)
     return {"memory": memory, "signals": signals, "theta": theta, "geometry": geometry}
 
 
 @cache
 def _build_initial(model: Model) -> ca.Function:
-    signals, theta, geometry = model.symbols()
-    first = _signals(signals)
+    signals, theta, geometry = model.input_symbols()
+    first = _signals_from_vector(signals)
     angle = first.psi
-    for effect, values in model.values(theta):
+    for effect, values in model.values_by_effect(theta):
         angle = angle - effect.initial_angle(values)
     memory = [angle, ca.MX(ca.DM(model.patch().initial()))]
     memory += [effect.initial(first) for effect in model.effects if effect.memory]
@@ -208,7 +209,7 @@ def _build_initial(model: Model) -> ca.Function:
 
 @cache
 def _build_step(model: Model) -> ca.Function:
-    inputs = _symbols(model)
+    inputs = _step_input_symbols(model)
     after, patch_signals, coefficients = _advance_memory(model, **inputs)
     M_z = _torque(model, after, patch_signals, coefficients, inputs["theta"])
     return named_function("step", inputs, {"memory_next": after, "M_z": M_z}, cse=True)
@@ -216,7 +217,7 @@ def _build_step(model: Model) -> ca.Function:
 
 @cache
 def _build_advance(model: Model) -> ca.Function:
-    inputs = _symbols(model)
+    inputs = _step_input_symbols(model)
     after, patch_signals, _ = _advance_memory(model, **inputs)
     column = ca.vertcat(*(getattr(patch_signals, name) for name in SIGNALS))
     return named_function("advance", inputs, {"memory_next": after, "patch_signals": column}, cse=True)
@@ -224,15 +225,15 @@ def _build_advance(model: Model) -> ca.Function:
 
 @cache
 def _build_torque(model: Model) -> ca.Function:
-    memory, signals, theta, geometry = _symbols(model).values()
-    patch_signals = _signals(signals)
+    memory, signals, theta, geometry = _step_input_symbols(model).values()
+    patch_signals = _signals_from_vector(signals)
     driven = patch_inputs(patch_signals, ca.MX(1), theta, geometry)
     M_z = _torque(model, memory, patch_signals, model.patch(theta).coefficients(driven), theta)
     inputs = {"memory": memory, "patch_signals": signals, "theta": theta, "geometry": geometry}
     return named_function("torque", inputs, {"M_z": M_z}, cse=True)
 
 
-def _signals(vector: Expression) -> Signals:
+def _signals_from_vector(vector: Expression) -> Signals:
     signals = Signals(**dict(zip(SIGNALS, ca.vertsplit(vector), strict=True)))
     return replace(signals, dt=ca.fmax(signals.dt, MIN_PERIOD))
 
@@ -241,22 +242,26 @@ def _advance_memory(
     model: Model, memory: ca.MX, signals: ca.MX, theta: ca.MX, geometry: ca.MX
 ) -> tuple[ca.MX, Signals, Expression]:
     """The memory after a sample, the sample as the patch saw it, and what drove the patch."""
-    angle, before, own = model.split(memory)
-    patch_signals, memories, factor = sample_at_the_patch(model, own, signals, theta)
+    angle, before, own = model.split_memory(memory)
+    patch_signals, memories, factor = transform_sample_by_effects(model, own, signals, theta)
     patch, turn = model.patch(theta), patch_signals.psi - angle
     coefficients = patch.coefficients(patch_inputs(patch_signals, factor, theta, geometry))
     elements = ca.vertcat(patch_signals.F_N, theta)
     turn, after = advance_in_series(
-        patch, before, turn, coefficients, deflection_of(model), elements, model.search_steps
+        patch, before, turn, coefficients, series_deflection(model), elements, model.search_steps
     )
     return ca.vertcat(angle + turn, after, *memories), patch_signals, coefficients
 
 
-def sample_at_the_patch(
+def transform_sample_by_effects(
     model: Model, own: list[Expression], signals: Expression, theta: Expression
 ) -> tuple[Signals, list[Expression], Expression]:
     """A sample as it reaches the patch, the effects' own memories after it, the factor on the limit."""
-    patch_signals, effects, factor = _signals(signals), model.values(theta), type(theta)(1)
+    patch_signals, effects, factor = (
+        _signals_from_vector(signals),
+        model.values_by_effect(theta),
+        type(theta)(1),
+    )
     memories = list(own)
     # Sensors first, so that the order of the effects does not change the signals of the others.
     for i in sorted(range(len(effects)), key=lambda i: not effects[i][0].sensor):
@@ -271,21 +276,23 @@ def _torque(
     model: Model, memory: ca.MX, patch_signals: Signals, coefficients: Expression, theta: ca.MX
 ) -> Expression:
     """M_z of the memory after a sample [N m]."""
-    _, patch, own = model.split(memory)
-    M_z = model.patch(theta).torque(patch, coefficients) + torque_of_memories(own, model, theta)
-    return add_torques(M_z, model, patch_signals, theta)
+    _, patch, own = model.split_memory(memory)
+    M_z = model.patch(theta).torque(patch, coefficients) + effect_memory_torque(own, model, theta)
+    return add_effect_torques(M_z, model, patch_signals, theta)
 
 
-def torque_of_memories(own: list[Expression], model: Model, theta: Expression) -> Expression:
+def effect_memory_torque(own: list[Expression], model: Model, theta: Expression) -> Expression:
     """What the effects' own memories after a sample add to the torque [N m]."""
     M_z: Expression = type(theta)(0)
-    for (effect, values), memory in zip(model.values(theta), own, strict=True):
+    for (effect, values), memory in zip(model.values_by_effect(theta), own, strict=True):
         M_z = M_z + effect.torque_of_memory(memory, values)
     return M_z
 
 
-def add_torques(M_z: Expression, model: Model, patch_signals: Signals, theta: Expression) -> Expression:
+def add_effect_torques(
+    M_z: Expression, model: Model, patch_signals: Signals, theta: Expression
+) -> Expression:
     """The torque with those of the effects beside the patch [N m]."""
-    for effect, values in model.values(theta):
+    for effect, values in model.values_by_effect(theta):
         M_z = M_z + effect.torque(patch_signals, values)
     return M_z

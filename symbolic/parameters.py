@@ -70,7 +70,7 @@ class Tolerances:
     k: float | None = None
     scale: float = 0.0
 
-    def of(self, name: str) -> float:
+    def tolerance_or_zero(self, name: str) -> float:
         """A tolerance by its name, 0 where none is declared."""
         declared: float | None = getattr(self, name)
         return 0.0 if declared is None else declared
@@ -79,9 +79,9 @@ class Tolerances:
         """Check every tolerance."""
         for name, unit in TOLERATED.items():
             most = 1.0 if name == "load" else math.inf
-            if not 0 <= self.of(name) < most:
+            if not 0 <= self.tolerance_or_zero(name) < most:
                 allowed = "of at least 0 and less than 1" if name == "load" else f"of at least 0 {unit}"
-                got = f"{self.of(name):g}"
+                got = f"{self.tolerance_or_zero(name):g}"
                 raise InvalidInputError(
                     f"{name}: its tolerance must be a finite number {allowed}, got {got}"
                 )
@@ -126,7 +126,7 @@ class Rig:
         return self.tolerances.zero and EVEN * self.tolerances.zero
 
     @property
-    def torque_limit(self) -> float:
+    def sensor_torque_limit(self) -> float:
         """Torque from which on its sensor may end [N m]; infinite where its range is unknown."""
         return math.inf if self.range is None else USED_RANGE * self.range
 
@@ -137,8 +137,9 @@ class Rig:
             raise InvalidInputError(
                 f"e must lie between -a and a, here -{self.a:g} and {self.a:g} m, got {self.e:g}"
             )
-        if not abs(self.e) + self.tolerances.of("e") < self.a - self.tolerances.of("a"):
-            spans = f"{self.tolerances.of('a'):g} and {self.tolerances.of('e'):g} m"
+        off_a, off_e = (self.tolerances.tolerance_or_zero(name) for name in "ae")
+        if not abs(self.e) + off_e < self.a - off_a:
+            spans = f"{off_a:g} and {off_e:g} m"
             raise InvalidInputError(
                 f"a must stay greater than e and 0 within their tolerances, {spans}, got {self.a:g} and"
                 f" {self.e:g}"
@@ -162,7 +163,7 @@ class Rig:
 def with_usual_tolerances(rig: Rig) -> Rig:
     """The rig with the tolerances of `USUAL` where none is declared; the kingpin stays inside."""
     declared = rig.tolerances
-    room = rig.a - abs(rig.e) - declared.of("a") - declared.of("e")
+    room = rig.a - abs(rig.e) - declared.tolerance_or_zero("a") - declared.tolerance_or_zero("e")
     missing = {n: t for n, t in USUAL.items() if n != "k" and getattr(declared, n) is None}
     usual = {n: t if n == "load" else min(t, room / 3) for n, t in missing.items()}
     return replace(rig, tolerances=replace(declared, **usual))

@@ -14,11 +14,11 @@ import numpy as np
 
 from symbolic.casadi_functions import BufferedCall, named_function
 from symbolic.compilation.bristle_kernel import bristle_kernel
-from symbolic.compilation.compiled import compiled
+from symbolic.compilation.compiled_function_cache import compiled
 from symbolic.effects.base import Effect
 from symbolic.errors import InvalidInputError
 from symbolic.float_array import Array
-from symbolic.model import GEOMETRY, SIGNALS, Model, sample_at_the_patch
+from symbolic.model import GEOMETRY, SIGNALS, Model, transform_sample_by_effects
 
 RIG_DIRECTIONS = (*GEOMETRY, "load")
 """Directions beside the parameter vector: half-length and caster [m], factor on the load [1]."""
@@ -66,7 +66,7 @@ def simulate(
     seeds = np.zeros((parameters, 0)) if directions is None else directions
     _check_shapes(signals, theta, geometry, seeds, parameters)
     _require_reciprocals(model, theta)
-    simulated = _simulated(model, signals, theta, geometry, seeds)
+    simulated = _simulate_untared(model, signals, theta, geometry, seeds)
     if not any(effect.tare for effect in model.effects):
         return simulated
     return TorqueAndSensitivities(
@@ -75,14 +75,14 @@ def simulate(
     )
 
 
-def _simulated(
+def _simulate_untared(
     model: Model, signals: Array, theta: Array, geometry: Array, seeds: Array
 ) -> TorqueAndSensitivities:
     """The same with the torque of the first sample."""
     parameters = len(model.parameters)
     count, d = signals.shape[1], seeds.shape[1]
     rig = seeds.shape[0] > parameters
-    start = BufferedCall(_start_with_sensitivities(model, d, rig=rig))
+    start = BufferedCall(_initial_memory_sensitivities(model, d, rig=rig))
     for buffer, given in zip(start.inputs, (signals[:, 0], theta, seeds, geometry), strict=True):
         buffer[:] = given.ravel(order="F")
     start.call()
@@ -91,7 +91,7 @@ def _simulated(
         all_seeds = np.vstack([seeds, np.zeros((0 if rig else len(RIG_DIRECTIONS), d))])
         M_z, sensitivities = kernel.run(signals, theta, geometry, all_seeds, *initial)
         return TorqueAndSensitivities(M_z=M_z, sensitivities=sensitivities)
-    stretch = BufferedCall(_compiled_stretch(model, d, rig=rig))
+    stretch = BufferedCall(_compiled_sample_block(model, d, rig=rig))
     padded = np.pad(signals, ((0, 0), (0, -count % SAMPLES_PER_CALL)), mode="edge")
     parts = [*initial, padded[:, :SAMPLES_PER_CALL], theta, seeds, geometry]
     for buffer, part in zip(stretch.inputs, parts, strict=True):
@@ -109,7 +109,7 @@ def _simulated(
     )
 
 
-def memory_at_full_slide(model: Model, signals: Array, theta: Array) -> Array:
+def memory_for_full_slide(model: Model, signals: Array, theta: Array) -> Array:
     """The memory (memory_size,) after a recording, as far as full slide depends on it; the rest is 0.
 
     It is what effects on friction count up, such as the travel of `friction_drift`. Signals (4, n) are
@@ -120,7 +120,7 @@ def memory_at_full_slide(model: Model, signals: Array, theta: Array) -> Array:
         effect.memory and type(effect).friction is not Effect.friction for effect in model.effects
     ):
         return memory
-    step, count, own = _effects_step(model), signals.shape[1], 1 + model.patch().size
+    step, count, own = _effect_memories_step(model), signals.shape[1], 1 + model.patch().size
     begin = np.asarray(model.initial(signals[:, 0], theta, np.zeros(len(GEOMETRY)))).ravel()[own:]
     after = step.fold(count)(begin, signals, np.tile(theta[:, None], count))
     memory[own:] = np.asarray(after).ravel()
@@ -128,11 +128,11 @@ def memory_at_full_slide(model: Model, signals: Array, theta: Array) -> Array:
 
 
 @cache
-def _effects_step(model: Model) -> ca.Function:
+def _effect_memories_step(model: Model) -> ca.Function:
     """(memory of the effects, signals, theta) -> that memory after the sample."""
-    signals, theta, _ = model.symbols()
+    signals, theta, _ = model.input_symbols()
     before = ca.MX.sym("before", sum(effect.memory for effect in model.effects))
-    _, after, _ = sample_at_the_patch(model, model.split_own(before), signals, theta)
+    _, after, _ = transform_sample_by_effects(model, model.split_effect_memories(before), signals, theta)
     return ca.Function("effects_step", [before, signals, theta], [ca.vertcat(*after)])
 
 
@@ -154,7 +154,7 @@ def _check_shapes(signals: Array, theta: Array, geometry: Array, seeds: Array, p
 
 def _require_reciprocals(model: Model, theta: Array) -> None:
     """Refuse a value in place of one over it, which is far beyond what bounds allow."""
-    given = zip(model.coordinates, model.parameters, theta, strict=True)
+    given = zip(model.coordinate_names, model.parameters, theta, strict=True)
     for coordinate, (_, parameter), value in given:
         if parameter.inverse and value * parameter.lower > 1 + ROUNDING:
             name = coordinate.replace("1/", "")
@@ -165,9 +165,9 @@ def _require_reciprocals(model: Model, theta: Array) -> None:
 
 
 @cache
-def _start_with_sensitivities(model: Model, d: int, *, rig: bool) -> ca.Function:
-    signals, theta, geometry = model.symbols()
-    moving, inputs, at = _moving(model, signals, theta, geometry, rig=rig)
+def _initial_memory_sensitivities(model: Model, d: int, *, rig: bool) -> ca.Function:
+    signals, theta, geometry = model.input_symbols()
+    moving, inputs, at = _differentiated_inputs(model, signals, theta, geometry, rig=rig)
     seeds = ca.MX.sym("seeds", moving.numel(), d)
     (memory,) = model.initial.call(inputs, True, False)
     results = [memory, ca.jtimes(memory, moving, seeds)]
@@ -176,7 +176,7 @@ def _start_with_sensitivities(model: Model, d: int, *, rig: bool) -> ca.Function
     return ca.Function("start_along", [signals, theta, seeds, geometry], [*outputs])
 
 
-def _moving(
+def _differentiated_inputs(
     model: Model, signals: ca.MX, theta: ca.MX, geometry: ca.MX, *, rig: bool
 ) -> tuple[ca.MX, list[ca.MX], ca.MX]:
     """What is varied (theta, with `rig` also `RIG_DIRECTIONS`), the model's inputs by it, its values."""
@@ -191,7 +191,7 @@ def _moving(
 
 
 @cache
-def _compiled_stretch(model: Model, d: int, *, rig: bool) -> ca.Function:
+def _compiled_sample_block(model: Model, d: int, *, rig: bool) -> ca.Function:
     """`SAMPLES_PER_CALL` calls of `sensitivity_step`: a column of signals, M_z and derivative each."""
     step = sensitivity_step(model, d, rig=rig)
     accumulated = step.mapaccum(f"{step.name()}_{SAMPLES_PER_CALL}", SAMPLES_PER_CALL, 2, {"base": -1})
@@ -212,10 +212,10 @@ def sensitivity_step(model: Model, d: int, *, rig: bool = False) -> ca.Function:
     `RIG_DIRECTIONS` as further rows.
     """
     size = model.memory_size
-    signals, theta, geometry = model.symbols()
+    signals, theta, geometry = model.input_symbols()
     memory, memory_sensitivity = ca.MX.sym("memory", size), ca.MX.sym("memory_sensitivity", size, d)
     # Differentiated as one expression, not call by call, so that zero and shared terms are found.
-    by, given, at = _moving(model, signals, theta, geometry, rig=rig)
+    by, given, at = _differentiated_inputs(model, signals, theta, geometry, rig=rig)
     seeds = ca.MX.sym("seeds", by.numel(), d)
     moving = ca.MX.sym("moving", size + by.numel())
     # The parts of `by` become parts of what is differentiated by together with the memory.

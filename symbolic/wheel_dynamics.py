@@ -48,7 +48,7 @@ class TorqueProfile:
         if self.t[0] != 0 or np.any(np.diff(self.t) <= 0):
             raise InvalidInputError(f"times of a torque profile must increase from 0 s, got {self.t}")
 
-    def at(self, t: Array) -> Array:
+    def torque_at(self, t: Array) -> Array:
         """Steering torque at times [s], same shape [N m]."""
         return np.interp(t, self.t, self.M)
 
@@ -111,16 +111,16 @@ def simulate_motion(
         InvalidInputError: a parameter is missing or a number is out of range.
     """
     duration = profile.t[-1] if duration is None else duration
-    constants = _constants(rig, tyre, load)
+    constants = _motion_constants(rig, tyre, load)
     for name, value in (("duration", duration), ("rate", rate), ("tolerance", tolerance)):
         require_positive(name, value)
     stepper = WheelStepper(constants, tolerance)
-    states = list(integrate_wheel(stepper, profile.at, profile.breakpoints(duration)))
+    states = list(integrate_wheel(stepper, profile.torque_at, profile.breakpoints(duration)))
     t = np.arange(int(duration * rate * (1 + 1e-12)) + 1) / rate
-    return _sampled(states, np.minimum(t, duration), profile, stepper)
+    return _sample_motion(states, np.minimum(t, duration), profile, stepper)
 
 
-def _constants(rig: Rig, tyre: Tyre, load: float) -> dict[str, float]:
+def _motion_constants(rig: Rig, tyre: Tyre, load: float) -> dict[str, float]:
     require_positive("the load", load, "N")
     if rig.J_A is None or rig.b_t is None:
         raise InvalidInputError("a motion needs the rig's J_A and b_t, got none")
@@ -128,14 +128,14 @@ def _constants(rig: Rig, tyre: Tyre, load: float) -> dict[str, float]:
     return dict(zip(CONSTANTS, values, strict=True))
 
 
-def _sampled(
+def _sample_motion(
     states: list[WheelState], t: Array, profile: TorqueProfile, stepper: WheelStepper
 ) -> WheelMotion:
     """The motion at times [s]: quintic between the steps, and the patch exact at that angle."""
     ends = np.array([state[:4] for state in states])
     i = np.clip(np.searchsorted(ends[:, 0], t, side="right") - 1, 0, len(states) - 2)
     # A step of no length has its quintic too, but no time lies in it.
-    c0, c1, c2, c3, c4, c5 = _quintic(ends)[:, i]
+    c0, c1, c2, c3, c4, c5 = _quintic_coefficients(ends)[:, i]
     h = ends[i + 1, 0] - ends[i, 0]
     s = (t - ends[i, 0]) / h
     psi = c0 + s * (c1 + s * (c2 + s * (c3 + s * (c4 + s * c5))))
@@ -146,13 +146,13 @@ def _sampled(
         psi=psi,
         psi_dot=psi_dot,
         M_z=branch_torques(psi, branches[i], stepper.patch),
-        M=profile.at(t),
+        M=profile.torque_at(t),
         memory=tuple([states[j].memory for j in i.tolist()]),
         steps=len(states) - 1,
     )
 
 
-def _quintic(ends: Array) -> Array:
+def _quintic_coefficients(ends: Array) -> Array:
     """Coefficients over the share of each step, constant first, (6, steps), by t, psi, psi', psi''."""
     h = np.diff(ends[:, 0])
     psi, rate, bend = ends[:, 1], ends[:, 2], 0.5 * ends[:, 3]

@@ -16,7 +16,7 @@ import casadi as ca
 import numpy as np
 
 from symbolic.casadi_functions import BufferedCall, named_function
-from symbolic.compilation.compiled import compiled
+from symbolic.compilation.compiled_function_cache import compiled
 from symbolic.float_array import Array
 from symbolic.masing import TurningPoints, branch_torque
 from symbolic.patch_moment import full_slide_torque, unit_corner_moment
@@ -58,7 +58,7 @@ class WheelStepper:
         self.longest = MAX_STEP_PERIODS * 2 * pi / omega
         scales = [tolerance * slide, tolerance * slide * omega]
         self.patch = np.array(list(constants.values())[:5])
-        self._step = BufferedCall(_step_function())
+        self._step = BufferedCall(_runge_kutta_step_function())
         self._step.inputs[1][:] = [*constants.values(), *scales]
         # Views take single numbers in a third of an array's time.
         self._inputs, self._outputs = (
@@ -66,13 +66,13 @@ class WheelStepper:
             for array in (self._step.inputs[0], self._step.outputs[0])
         )
 
-    def begin(self, state: WheelState, M: float, M_dot: float) -> None:
+    def set_state_and_torque(self, state: WheelState, M: float, M_dot: float) -> None:
         """Set the state, the branch and the steering torque [N m] with its slope [N m/s]."""
         inputs = self._inputs
         inputs[0], inputs[1], inputs[5], inputs[6] = state.psi, state.psi_dot, M, M_dot
         inputs[2], inputs[3], inputs[4] = state.memory.branch
 
-    def take(self, h: float) -> list[float]:
+    def evaluate_step(self, h: float) -> list[float]:
         """psi, psi_dot, acceleration and M_z a time h [s] later, and the error over the tolerance."""
         self._inputs[7] = h
         self._step.call()
@@ -80,7 +80,7 @@ class WheelStepper:
 
 
 @cache
-def _step_function() -> ca.Function:
+def _runge_kutta_step_function() -> ca.Function:
     # Here, not above: scipy takes as long to load as all the rest, and few who load this move a wheel.
     from scipy.integrate import RK45
 
@@ -117,17 +117,17 @@ def integrate_wheel(
     for (begin, end), (M_begin, M_end) in zip(pairwise(times), pairwise(torques), strict=True):
         M_dot = (M_end - M_begin) / (end - begin)
         while state.t < end:
-            stepper.begin(state, M_begin + M_dot * (state.t - begin), M_dot)
+            stepper.set_state_and_torque(state, M_begin + M_dot * (state.t - begin), M_dot)
             h = min(h, stepper.longest)
             ends = h >= end - state.t
             tried = end - state.t if ends else h
-            ending = stepper.take(tried)
+            ending = stepper.evaluate_step(tried)
             over = ending[4]
             # The fifth root, with some room, and no more than a factor of five at a time.
             h = tried * min(5.0, max(0.2, 0.9 * max(over, 1e-9) ** -0.2))
             if over > 1:
                 continue
-            length, after = _until_event(stepper, state, tried, ending)
+            length, after = _step_to_event(stepper, state, tried, ending)
             at = end if ends and length == tried else state.t + length
             state = after._replace(t=at)
             yield state
@@ -140,11 +140,11 @@ def _initial_wheel_state(stepper: WheelStepper, torques: list[float]) -> WheelSt
         t=0.0, psi=0.0, psi_dot=0.0, acceleration=0.0, memory=TurningPoints(),
         direction=copysign(1.0, pull),
     )  # fmt: skip
-    stepper.begin(state, torques[0], 0.0)
-    return state._replace(acceleration=stepper.take(0.0)[2])
+    stepper.set_state_and_torque(state, torques[0], 0.0)
+    return state._replace(acceleration=stepper.evaluate_step(0.0)[2])
 
 
-def _until_event(
+def _step_to_event(
     stepper: WheelStepper, state: WheelState, h: float, end: list[float]
 ) -> tuple[float, WheelState]:
     """The step up to h [s], or up to the first turn back or closing loop before; its length and end."""
@@ -152,20 +152,20 @@ def _until_event(
     turns = _reversal_time(stepper, state, end, h) if state.sure else None
     if turns == 0:
         # The last turn back came to nothing: the wheel goes on as before it.
-        return 0.0, state._replace(memory=memory.without_last_turn(), direction=-direction, sure=False)
+        return 0.0, state._replace(memory=memory.without_last_point(), direction=-direction, sure=False)
     if turns:
-        h, end = turns, stepper.take(turns)
+        h, end = turns, stepper.evaluate_step(turns)
     closes = direction * (end[0] - memory.closing_angle) > 0
     if closes:
         h = _loop_closure_time(stepper, state, h)
-        end = stepper.take(h)
+        end = stepper.evaluate_step(h)
     psi, psi_dot, acceleration, M_z, _ = end
     if closes:
         memory = memory.without_closed_loop()
     elif turns:
         has_turned = abs(psi - memory.psi[-1]) > MIN_ZONE_TURN
         psi_dot, direction = 0.0, -direction
-        memory = memory.with_turn_back(psi, M_z) if has_turned else memory.without_last_turn()
+        memory = memory.with_new_point(psi, M_z) if has_turned else memory.without_last_point()
     return h, WheelState(state.t, psi, psi_dot, acceleration, memory, direction)
 
 
@@ -175,16 +175,16 @@ def _reversal_time(stepper: WheelStepper, state: WheelState, end: list[float], h
 
     direction, late = state.direction, h
     if direction * end[1] >= 0:
-        if direction * end[2] <= 0 or direction * stepper.take(0.0)[2] >= 0:
+        if direction * end[2] <= 0 or direction * stepper.evaluate_step(0.0)[2] >= 0:
             return None
         # The rate has a least value inside; the wheel may have turned to and fro.
-        late = brentq(lambda s: stepper.take(s)[2], 0.0, h)
-        if direction * stepper.take(late)[1] >= 0:
+        late = brentq(lambda s: stepper.evaluate_step(s)[2], 0.0, h)
+        if direction * stepper.evaluate_step(late)[1] >= 0:
             return None
     early = 0.0
     if direction * state.psi_dot <= 0:
         early = 0.5 * late
-        while direction * stepper.take(early)[1] <= 0:
+        while direction * stepper.evaluate_step(early)[1] <= 0:
             early *= 0.5
             if early < ROUNDING * stepper.longest:
                 return 0.0
@@ -202,9 +202,9 @@ def _loop_closure_time(stepper: WheelStepper, state: WheelState, h: float) -> fl
 def _crossing_time(stepper: WheelStepper, i: int, goal: float, low: float, high: float) -> float:
     """Time at which psi (i = 0) or psi_dot (i = 1) passes a goal, by bracketed Newton steps [s]."""
     # The slope is the next entry of what a step makes, so this takes a third of Brent's calls.
-    h, side = high, stepper.take(high)[i] - goal
+    h, side = high, stepper.evaluate_step(high)[i] - goal
     while True:
-        outputs = stepper.take(h)
+        outputs = stepper.evaluate_step(h)
         off, slope = outputs[i] - goal, outputs[i + 1]
         if abs(off) <= ROUNDING * stepper.longest * abs(slope) or high - low <= ROUNDING * high:
             return h

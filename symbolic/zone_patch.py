@@ -93,15 +93,15 @@ def clip_polyline(
     beyond = side * r > level
     crosses_in = ca.logic_and(beyond, side * r_in < level)
     crosses_out = ca.logic_and(beyond, side * r_out < level)
-    first = xi + _ratio(limit - r, r_in - r, crosses_in) * (xi_in - xi)
-    second = xi + _ratio(limit - r, r_out - r, crosses_out) * (xi_out - xi)
+    first = xi + _ratio_or_zero(limit - r, r_in - r, crosses_in) * (xi_in - xi)
+    second = xi + _ratio_or_zero(limit - r, r_out - r, crosses_out) * (xi_out - xi)
     kept = ca.if_else(beyond, crosses_in, xi > xi_in)
     value = ca.if_else(beyond, limit, r)
-    xi_tail, r_tail, keep_tail = _clip_tail()(xi[-1], r[-1], turn, level)
+    xi_tail, r_tail, keep_tail = _tail_crossings_function()(xi[-1], r[-1], turn, level)
     xi_all = ca.vertcat(_interleave(first, second), xi_tail)
     r_all = ca.vertcat(_interleave(value, limit), r_tail)
     keep = ca.vertcat(_interleave(kept, crosses_out), keep_tail)
-    xi_next, r_next = _compact(n, keep, xi_all, r_all)
+    xi_next, r_next = _first_kept_entries(n, keep, xi_all, r_all)
     return xi_next, r_next
 
 
@@ -109,7 +109,7 @@ def _interleave(first: Expression, second: Expression) -> Expression:
     return ca.vec(ca.horzcat(first, second).T)
 
 
-def _clip_tail() -> ca.Function:
+def _tail_crossings_function() -> ca.Function:
     """Crossings of the tail, of slope -turn, with the limits: the one it lies beyond, then the other."""
     symbols = {name: ca.SX.sym(name) for name in ("xi", "r", "turn", "level")}
     xi, r, turn, level = symbols.values()
@@ -128,18 +128,18 @@ def _clip_tail() -> ca.Function:
     return named_function("clip_tail", symbols, crossings)
 
 
-def _ratio(numerator: Expression, denominator: Expression, valid: Expression) -> Expression:
+def _ratio_or_zero(numerator: Expression, denominator: Expression, valid: Expression) -> Expression:
     """Numerator / denominator where valid, else 0, with no division by zero on either branch."""
     return ca.if_else(valid, numerator, 0) / ca.if_else(valid, denominator, 1)
 
 
-def _compact(n: int, keep: Expression, *columns: Expression) -> list[Expression]:
+def _first_kept_entries(n: int, keep: Expression, *columns: Expression) -> list[Expression]:
     """The first n kept entries of each column; unused places repeat the last kept one, or zero."""
-    order = _order(keep.numel(), n)(keep)
+    order = _kept_order_function(keep.numel(), n)(keep)
     return [ca.MX(ca.vertcat(0, column)).nz[order] for column in columns]
 
 
-def _order(candidates: int, n: int) -> ca.Function:
+def _kept_order_function(candidates: int, n: int) -> ca.Function:
     """Which of 0, candidate 1, candidate 2 ... stands in each of n places; it has no derivative."""
     keep = ca.MX.sym("keep", candidates)
     numbers = ca.MX(ca.DM(range(1, candidates + 1)))
@@ -161,7 +161,7 @@ def polyline_moment(
     """
     xi_in, r_in = ca.vertcat(0, xi[:-1]), ca.vertcat(0, r[:-1])
     width = xi - xi_in
-    slope = _ratio(r - r_in, width, width > NEAR * xi)
+    slope = _ratio_or_zero(r - r_in, width, width > NEAR * xi)
     moment = unit_corner_moment(ca.fmin(scale * ca.vertcat(0, xi), FAR), a, e)
     return k * ca.dot(slope, moment[:-1] - moment[1:])
 
@@ -175,11 +175,11 @@ def drop_least_corner(
     z / (1 + z^2)^(5/2), z = a xi, with which r enters M_z.
     """
     n = xi.shape[0]
-    xi_kept, r_kept = _compact(n, _worth_keeping(n)(xi, r, scale * a), xi, r)
+    xi_kept, r_kept = _first_kept_entries(n, _corners_to_keep_function(n)(xi, r, scale * a), xi, r)
     return xi_kept, r_kept
 
 
-def _worth_keeping(n: int) -> ca.Function:
+def _corners_to_keep_function(n: int) -> ca.Function:
     xi, r, unit = ca.MX.sym("xi", n), ca.MX.sym("r", n), ca.MX.sym("unit")
     xi_in, r_in = ca.vertcat(0, xi[:-1]), ca.vertcat(0, r[:-1])
     xi_out, r_out = ca.vertcat(xi[1:], xi[-1]), ca.vertcat(r[1:], r[-1])

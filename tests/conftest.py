@@ -18,7 +18,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from observers.compiled_step import compiled_step, compiled_stretch
-from symbolic.compilation.compiled import compiler
+from symbolic.compilation.compiled_function_cache import compiler
 from tests.compile_once import OPTIMISATION, compile_unoptimised
 from tests.interpreted import without_machine_code
 

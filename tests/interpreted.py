@@ -9,7 +9,7 @@ from symbolic import trajectory_sensitivity
 
 COMPILING = {
     observers.compiled_step: ("compiled_step", "compiled_stretch"),
-    trajectory_sensitivity: ("_compiled_stretch",),
+    trajectory_sensitivity: ("_compiled_sample_block",),
 }
 """Modules that compile, and what they keep of it."""
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from symbolic.compilation.compiled import compiler
+from symbolic.compilation.compiled_function_cache import compiler
 from tests.compile_once import compile_once
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")

@@ -18,7 +18,7 @@ from typer.core import TyperCommand
 from brushgrip import commands
 from brushgrip.cli.own_packages_shadowed import shadowed_packages_message
 from brushgrip.commands.options import OPTION
-from brushgrip.outputs.standard_streams import REMARKS, spell_unencodable, stdout_fault
+from brushgrip.outputs.standard_streams import REMARKS, replace_unencodable_characters, stdout_fault
 from brushgrip.outputs.verbosity import COMMAND_LINE, SPEECH, Verbosity, flags_first, stdout_for_json
 
 BAD_INPUT, FAILED = 2, 1
@@ -38,7 +38,7 @@ ORDER = ("demo", "fetch", "simulate", "identify", "diagnose", "estimate", "plan"
 """Of the commands in the help; others come after these."""
 
 
-def found_commands() -> dict[str, type]:
+def command_request_classes() -> dict[str, type]:
     """The request of each command, by its name, from its file; in the order of the help."""
     names = {module.name for module in iter_modules(commands.__path__)} - {"options"}
     places = {name: place for place, name in enumerate(ORDER)}
@@ -48,10 +48,10 @@ def found_commands() -> dict[str, type]:
     }
 
 
-COMMANDS = found_commands()
+COMMANDS = command_request_classes()
 
 
-class EachOptionOnce(TyperCommand):
+class NoRepeatedOptionsCommand(TyperCommand):
     """A command that refuses an option which is given twice, unless it may be repeated."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -81,7 +81,7 @@ def command_of(request: type) -> Callable[..., None]:
 
 
 for command, request in COMMANDS.items():
-    app.command(command, cls=EachOptionOnce, epilog=EVERYWHERE)(command_of(request))
+    app.command(command, cls=NoRepeatedOptionsCommand, epilog=EVERYWHERE)(command_of(request))
 
 
 def _say_version(wanted: bool) -> None:
@@ -123,20 +123,20 @@ def main(arguments: Sequence[str] | None = None) -> None:
     Raises:
         SystemExit: always; status 0 on success, 2 for bad input, 1 for failures outside.
     """
-    spell_unencodable()
+    replace_unencodable_characters()
     if message := shadowed_packages_message():
         print(f"brushgrip: {message}", file=sys.stderr)
         raise SystemExit(FAILED)
     if arguments is not None:
-        raise SystemExit(copy_context().run(_run, arguments))
-    status = copy_context().run(_run, sys.argv[1:])
+        raise SystemExit(copy_context().run(_run_and_get_exit_status, arguments))
+    status = copy_context().run(_run_and_get_exit_status, sys.argv[1:])
     fault = stdout_fault()
     if fault and not status:
         _print_error(f"standard output: cannot be written: {fault}")
     raise SystemExit(status if fault is None else status or FAILED)
 
 
-def _run(arguments: Sequence[str]) -> int:
+def _run_and_get_exit_status(arguments: Sequence[str]) -> int:
     """The exit status of a command line, in a context of its own; what went wrong is said."""
     # A command line without anything asks what there is.
     given = flags_first(repeat_flag_per_value(arguments)) or ["--help"]
@@ -154,11 +154,11 @@ def _run(arguments: Sequence[str]) -> int:
         _print_error(f"there is not enough memory: {error}")
         return FAILED
     except Exception as error:
-        return _said(error)
+        return _print_error_get_exit_status(error)
     return status or 0
 
 
-def _said(error: Exception) -> int:
+def _print_error_get_exit_status(error: Exception) -> int:
     """The exit status for an error that is ours or the user's, once it is said; any other is raised."""
     from symbolic import BrushgripError, InvalidInputError
 

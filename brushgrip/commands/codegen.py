@@ -97,11 +97,11 @@ class CodegenRequest:
         from brushgrip.inputs.option_values import chosen_tuning
         from brushgrip.outputs import observer_export
         from brushgrip.outputs.atomic import staged_directory
-        from brushgrip.outputs.console import say, show_json
+        from brushgrip.outputs.console import print_line, show_json
         from brushgrip.outputs.provenance import origin_comment
         from observers.embedded import generate_vehicle, require_replaceable
         from observers.embedded.instruction_count import estimated_instructions
-        from observers.interfaces.factory import read_vehicle_file
+        from observers.interfaces.observer_from_files import read_vehicle_file
         from symbolic import InvalidInputError
 
         window = window_setting(self.observer, self.window)
@@ -113,7 +113,7 @@ class CodegenRequest:
             self.observer, self.torque, inputs, tuning, self.ground,
             stiffness_state=self.stiffness_state, acquire=not self.no_acquire, **window,
         )  # fmt: skip
-        found = inputs.found()
+        found = inputs.read_found_model()
         if self.ground is not None and not (found and found.grounds):
             raise InvalidInputError(f"--ground {self.ground}: this model knows no grounds; leave it out")
         real, tunable = observer_export.TYPES[self.real], observer_export.TUNABLE[self.tunable or ""]
@@ -125,17 +125,17 @@ class CodegenRequest:
                 car = read_vehicle_file(self.vehicle)
                 files += generate_vehicle(car, stage, real, name=self.name)
             finals = [self.out.resolve() / path.name for path in files]
-            size = observer_export.state_bytes(files, self.name)
+            size = observer_export.state_size_from_header(files, self.name)
             observer_export.append_origin(files, origin_comment(rig_or_vehicle_file(inputs), self.model))
             inputs.refuse_overwriting(finals)
             require_replaceable(finals)
         # After the files are there: whoever reads the first line alone has them all the same.
-        say(f"{f'{size:,} bytes a wheel, ' if size else ''}{cost}")
-        say(observer_export.prior_in_words(observer, self.rig))
+        print_line(f"{f'{size:,} bytes a wheel, ' if size else ''}{cost}")
+        print_line(observer_export.prior_in_words(observer, self.rig))
         observer_export.remove_stale_description(self.out / f"{self.name}.a2l", finals)
         if found is not None:
             _, unlike = weaker_direction_share_and_note(found.values_for_estimation(self.ground))
-            for line in filter(None, (found.ground_taken(self.ground), unlike)):
-                say(line)
+            for line in filter(None, (found.ground_used_text(self.ground), unlike)):
+                print_line(line)
         show_json({"wrote": list(map(str, finals)), "cost": {"state_bytes": size, **asdict(cost)}})
-        say(f"wrote {', '.join(path.name for path in files)} to {self.out}")
+        print_line(f"wrote {', '.join(path.name for path in files)} to {self.out}")

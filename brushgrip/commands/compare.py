@@ -38,14 +38,14 @@ class CompareRequest(RecordingRequest):
         from brushgrip.comparison.error_and_calculation_time import compare_methods, summarise
         from brushgrip.comparison.methods import default_methods, trained_methods
         from brushgrip.comparison.recordings_with_reference_friction import (
-            author_files,
-            check_references,
+            author_estimate_files,
+            check_reference_frictions,
             make_cases,
         )
         from brushgrip.comparison.tables import comparison_dict, markdown_text, print_comparison
         from brushgrip.estimation.suspicious_recordings import implausibility_lines
         from brushgrip.outputs.atomic import check_png_name, is_same_file, staged_files, write_utf8
-        from brushgrip.outputs.console import progress, say, show_json, warn
+        from brushgrip.outputs.console import print_line, progress, show_json, warn
         from brushgrip.outputs.provenance import KEY, markdown_comment
         from brushgrip.pictures.box_plots import draw_method_comparison
         from brushgrip.wording.formatting import json_text
@@ -57,15 +57,15 @@ class CompareRequest(RecordingRequest):
             raise InvalidInputError("--out, --table and --picture must be different files")
         if self.picture is not None:
             check_png_name(self.picture)
-        check_references(declared, count, self.author)
+        check_reference_frictions(declared, count, self.author)
         inputs = self.inputs(self.train or (), model=self.model)
-        inputs.refuse_overwriting(finals, author_files(inputs.paths.values(), self.author))
+        inputs.refuse_overwriting(finals, author_estimate_files(inputs.paths.values(), self.author))
         made = inputs.provenance(declared=declared)
         tested, training = (inputs.part(of) for of in (slice(count), slice(count, None)))
         cases = make_cases(tested, self.author, declared)
         for line in implausibility_lines([case.recording for case in cases]):
             warn(line)
-        methods = default_methods(inputs.found())
+        methods = default_methods(inputs.read_found_model())
         if self.train:
             inputs.recordings()  # One recording for training and for the test is a fault.
             methods += trained_methods(make_cases(training, self.author, ()))
@@ -86,4 +86,4 @@ class CompareRequest(RecordingRequest):
         print_comparison(results, summaries)
         show_json(document)
         if finals:
-            say(f"wrote {', '.join(map(str, finals))}")
+            print_line(f"wrote {', '.join(map(str, finals))}")

@@ -31,14 +31,14 @@ class DemoRequest:
         """Diagnose the embedded recordings and write all results; or write the examples alone."""
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.provenance import require_same_run
-        from brushgrip.published.bundled_files import RIG, copy_examples, demo_inputs
+        from brushgrip.published.bundled_files import RIG, copy_examples, demo_inputs_and_training_count
         from brushgrip.report.diagnosis_folder import DIAGNOSIS, clean_up_and_print, diagnose_and_write
         from identification.selection.trial_runner import worker_pool
 
         if self.examples is not None:
             copy_examples(self.examples)
             return
-        inputs, training = demo_inputs()
+        inputs, training = demo_inputs_and_training_count()
         read = inputs.recordings()
         made = inputs.provenance()
         earlier = require_same_run(self.out / DIAGNOSIS, made, force=self.force)

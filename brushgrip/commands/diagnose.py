@@ -62,7 +62,7 @@ class DiagnoseRequest(RecordingRequest):
     def _diagnose(self, executor: "Executor | None") -> None:
         from brushgrip.estimation.suspicious_recordings import doubtful_inputs
         from brushgrip.outputs.atomic import staged_directory
-        from brushgrip.outputs.console import say, warn
+        from brushgrip.outputs.console import print_line, warn
         from brushgrip.outputs.provenance import require_same_run
         from brushgrip.report.diagnosis_folder import (
             DIAGNOSIS,
@@ -93,7 +93,7 @@ class DiagnoseRequest(RecordingRequest):
         with trial_journal(self.out) as journal, staged_directory(self.out) as folder:
             used, shortened = thin_recordings(read)
             for line in filter(None, (shortened, thinning_note(used))):
-                say(line)
+                print_line(line)
             # The search bounds the recordings itself, and notes that in its result.
             found = diagnose_and_write(
                 folder,

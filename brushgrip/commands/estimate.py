@@ -95,11 +95,11 @@ class EstimateRequest(ModelRunRequest):
 
     def run(self) -> None:
         """Write friction over time for each recording, a picture for a single one, and the summary."""
-        from brushgrip.estimation.observe_recording import aligning_torque_model, observer_factory
+        from brushgrip.estimation.observe_recording import aligning_measurement_model, observer_factory
         from brushgrip.inputs.command_inputs import staged_files_with_provenance
         from brushgrip.inputs.option_values import chosen_tuning
         from brushgrip.outputs.atomic import is_same_file, table_path
-        from brushgrip.running.batch import (
+        from brushgrip.running.estimate_batch import (
             EstimateTask,
             estimate_all,
             output_files_beside_tables,
@@ -109,7 +109,7 @@ class EstimateRequest(ModelRunRequest):
         from symbolic import InvalidInputError
 
         tuning = chosen_tuning(self.tuning, self.tune)
-        aligning = aligning_torque_model(
+        aligning = aligning_measurement_model(
             by_direction=self.by_direction, stiffness_state=self.stiffness_state
         )
         factory = observer_factory(self.observer, tuning, aligning)
@@ -151,9 +151,9 @@ class EstimateRequest(ModelRunRequest):
                 raise last.fault
             if self.summary:
                 write_summary(stages[0], rows)
-        self._say(rows, last.lines, finals, inputs.found())
+        self._print_estimates(rows, last.lines, finals, inputs.read_found_model())
 
-    def _say(
+    def _print_estimates(
         self,
         rows: "Sequence[Row]",
         lines: Sequence[str],
@@ -161,28 +161,30 @@ class EstimateRequest(ModelRunRequest):
         found: "FoundModel | None",
     ) -> None:
         """Print what was estimated, of one recording in lines; those that could not be are a fault."""
-        from brushgrip.outputs.console import print_table, say, show_json
-        from brushgrip.report.printed_results import say_model_ground
+        from brushgrip.outputs.console import print_line, print_table, show_json
+        from brushgrip.report.printed_results import print_ground_values
         from brushgrip.wording.diagnosis_in_words import taken_from_model
         from brushgrip.wording.recording_remarks import (
             MAX_NAMED,
-            causes_without_friction,
             friction_of_grounds,
             friction_range,
             printed_rows,
             remark_counts,
+            unknown_friction_lines,
         )
         from symbolic import InvalidInputError
 
         faults = sum(bool(row["fault"]) for row in rows)
-        causes = list(islice(causes_without_friction(rows), MAX_NAMED + 1))
+        causes = list(islice(unknown_friction_lines(rows), MAX_NAMED + 1))
         if found is not None:
-            say(f"From {self.model}: {taken_from_model(found)}.")
+            print_line(f"From {self.model}: {taken_from_model(found)}.")
             told = (row for row in rows if not row["fault"])
-            say_model_ground({str(row["recording"]): str(row["ground"]) or None for row in told}, found)
+            print_ground_values(
+                {str(row["recording"]): str(row["ground"]) or None for row in told}, found
+            )
         if len(rows) == 1 and not self.summary:
             for line in lines:
-                say(line)
+                print_line(line)
         else:
             if not self.summary or len(rows) <= MAX_PRINTED:
                 title = (
@@ -190,20 +192,22 @@ class EstimateRequest(ModelRunRequest):
                 )
                 print_table(title, *printed_rows(rows), overflow="fold")
             for line in friction_of_grounds(rows):
-                say(line)
-            say(f"estimated {len(rows) - faults} of {len(rows)} recordings; {friction_range(rows)}")
+                print_line(line)
+            print_line(
+                f"estimated {len(rows) - faults} of {len(rows)} recordings; {friction_range(rows)}"
+            )
             unprinted = bool(self.summary) and len(rows) > MAX_PRINTED
             if counts := remark_counts(rows, named=unprinted):
-                say(counts)
+                print_line(counts)
             if unprinted and len(causes) <= MAX_NAMED:
                 for line in causes:
-                    say(line)
+                    print_line(line)
         if finals:
-            say(f"wrote {' and '.join(map(str, finals))}")
+            print_line(f"wrote {' and '.join(map(str, finals))}")
         show_json(rows)
         if faults:
             failed = (row for row in rows if row["fault"])
-            which = f"; the first is {next(causes_without_friction(failed))}"
+            which = f"; the first is {next(unknown_friction_lines(failed))}"
             if faults > 1 and len(causes) <= MAX_NAMED:
                 names = (str(row["recording"]) for row in rows if row["fault"])
                 which = f": {', '.join(names)}; the causes are above"

@@ -89,7 +89,7 @@ class IdentifyRequest:
         """Write what recordings on plates, or on ground of known friction, tell of a car."""
         from brushgrip.inputs.command_inputs import gather_inputs, require_brakes_known
         from brushgrip.outputs.atomic import is_same_file, staged_files, write_utf8
-        from brushgrip.outputs.console import say, show_json
+        from brushgrip.outputs.console import print_line, show_json
         from brushgrip.outputs.provenance import KEY
         from brushgrip.outputs.rig_and_vehicle_files import identified_vehicle_text
         from brushgrip.report.printed_results import print_car_result
@@ -129,15 +129,15 @@ class IdentifyRequest:
                 write_utf8(stages[-1], identified_vehicle_text(vehicle, car, result, comments))
         print_car_result(result, car)
         if finals:
-            say(f"wrote {listed(list(map(str, finals)))}")
+            print_line(f"wrote {listed(list(map(str, finals)))}")
         show_json(document)
 
     def _run_free_decay(self, recordings: list[str]) -> None:
         """Write k and b_t from free vibrations, and a picture of the fit."""
         import identification
         from brushgrip.inputs.command_inputs import gather_inputs
-        from brushgrip.outputs.atomic import is_same_file, staged_files, with_picture, write_utf8
-        from brushgrip.outputs.console import say, show_json
+        from brushgrip.outputs.atomic import is_same_file, staged_files, table_and_picture, write_utf8
+        from brushgrip.outputs.console import print_line, show_json
         from brushgrip.outputs.provenance import KEY
         from brushgrip.outputs.rig_and_vehicle_files import declared_rig, identified_rig_text
         from brushgrip.pictures.free_decay_fit import draw_free_decay
@@ -147,7 +147,7 @@ class IdentifyRequest:
         from symbolic import BrushgripError, InvalidInputError
 
         written = self.write_rig
-        results = with_picture(self.out)
+        results = table_and_picture(self.out)
         if written and any(is_same_file(written, other) for other in results):
             raise InvalidInputError(f"{written}: --write-rig and --out must name different files")
         finals = [*results, *([written] if written else [])]
@@ -168,5 +168,5 @@ class IdentifyRequest:
                 write_utf8(stages[-1], identified_rig_text(*declared, self.rig, result))
         print_free_decay(result, decrement)
         if finals:
-            say(f"wrote {listed(list(map(str, finals)))}")
+            print_line(f"wrote {listed(list(map(str, finals)))}")
         show_json(document)

@@ -99,36 +99,36 @@ class LiveRequest:
 
     def _run(self, session: "Session") -> None:
         from brushgrip.live.session_state_in_words import state_line
-        from brushgrip.outputs.console import say, show_json
+        from brushgrip.outputs.console import print_line, show_json
 
         try:
             if self.no_page:
                 session.start()
                 while not (state := session.state()).ended:
-                    say(state_line(state))
+                    print_line(state_line(state))
                     time.sleep(1.0)
             else:
                 self._serve(session)
         except KeyboardInterrupt:
-            say("ended")
+            print_line("ended")
         finally:
             session.stop()
-            if session.begun:
+            if session.has_begun:
                 state = session.state()
-                say(state_line(state))
-                say(", ".join(f"{number} {name}" for name, number in state.counts.items()))
+                print_line(state_line(state))
+                print_line(", ".join(f"{number} {name}" for name, number in state.counts.items()))
                 for path in session.recorded:
-                    say(f"wrote {path}")
+                    print_line(f"wrote {path}")
                 show_json({"counts": state.counts, "wrote": [str(path) for path in session.recorded]})
 
     def _session(self, senders: "tuple[FrictionSender, ...]") -> "Session":
-        from brushgrip.estimation.observe_recording import aligning_torque_model, observer_factory
+        from brushgrip.estimation.observe_recording import aligning_measurement_model, observer_factory
         from brushgrip.inputs.command_inputs import gather_inputs
         from brushgrip.inputs.option_values import chosen_limits, chosen_tuning, parse_share
-        from brushgrip.live.adviser import Adviser
         from brushgrip.live.recorder import writer_for
         from brushgrip.live.session import Session
         from brushgrip.live.session_setup import source_and_estimator
+        from brushgrip.live.steering_adviser import SteeringAdviser
 
         if self.record is not None:
             writer_for(self.record)
@@ -137,11 +137,11 @@ class LiveRequest:
             effects=self.effects,
         )  # fmt: skip
         signals = replace(inputs.signals, dbc=self.dbc or inputs.signals.dbc)
-        aligning = aligning_torque_model(by_direction=False, stiffness_state=self.stiffness_state)
+        aligning = aligning_measurement_model(by_direction=False, stiffness_state=self.stiffness_state)
         tuning = chosen_tuning(self.tuning, self.tune)
         factory = observer_factory(self.observer, tuning, aligning)
         limits = chosen_limits(self.limit)
-        adviser = None if self.target is None else Adviser(parse_share(self.target), limits)
+        adviser = None if self.target is None else SteeringAdviser(parse_share(self.target), limits)
         opened, estimator = source_and_estimator(
             self.source, replace(inputs, signals=signals), factory, speed=self.speed, ground=self.ground,
             adviser=adviser,
@@ -153,11 +153,11 @@ class LiveRequest:
         import webbrowser
 
         from brushgrip.live.page import serve_page
-        from brushgrip.outputs.console import say
+        from brushgrip.outputs.console import print_line
 
         def opened(address: str) -> None:
             session.start()
-            say(f"page at {address} (Ctrl-C ends)")
+            print_line(f"page at {address} (Ctrl-C ends)")
             if not self.no_browser:
                 webbrowser.open(address)
 

@@ -49,9 +49,9 @@ def valid_folder_name(path: Path | None) -> Path | None:
     return path
 
 
-def model_file(path: Path | None) -> Path | None:
+def resolve_model_file(path: Path | None) -> Path | None:
     """The name of a model file: of a folder of a diagnosis, that in it."""
-    from observers.interfaces.factory import model_file_in
+    from observers.interfaces.observer_from_files import model_file_in
 
     return None if path is None else model_file_in(path)
 
@@ -106,7 +106,7 @@ ModelFile = Annotated[
         "--model",
         "MODEL",
         "Folder of a diagnosis, or its model file (model.json); the declared model without it.",
-        callback=model_file,
+        callback=resolve_model_file,
     ),
 ]
 TuningProfile = Annotated[

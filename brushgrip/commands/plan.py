@@ -90,12 +90,12 @@ class PlanRequest:
             parse_share,
             wheel_load,
         )
-        from brushgrip.outputs.atomic import with_picture, write_utf8
-        from brushgrip.outputs.console import progress, say
+        from brushgrip.outputs.atomic import table_and_picture, write_utf8
+        from brushgrip.outputs.console import print_line, progress
         from brushgrip.outputs.plan_texts import plan_csv, turning_instruction
         from brushgrip.pictures.plan import draw_plan_and_forecast
         from observers import aligning_torque_for, plan
-        from observers.interfaces.factory import read_vehicle_file
+        from observers.interfaces.observer_from_files import read_vehicle_file
         from observers.planning.forecast import assumed_noise
         from observers.planning.plan_request_check import MUS
 
@@ -111,7 +111,7 @@ class PlanRequest:
         )
         car = read_vehicle_file(self.vehicle) if self.vehicle else None
         F_N = wheel_load(car, self.load)
-        finals = with_picture(self.out)
+        finals = table_and_picture(self.out)
         settings = {
             "target": target, "limits": vars(limits), "load": F_N, "mu": list(mus),
             "least": self.least.value, "over": self.over.value, "observer": self.observer.value,
@@ -125,16 +125,16 @@ class PlanRequest:
             if stages:
                 write_utf8(stages[0], plan_csv(planned, car, F_N))
                 draw_plan_and_forecast(stages[1], planned)
-        say(turning_instruction(planned, car, inputs.signals.of("psi")))
-        asked = of_wheel and not aligning_torque_for(inputs.found()).stiffness
-        self._say(planned, finals, car, assumed_noise(observer, F_N), counts_k=asked)
+        print_line(turning_instruction(planned, car, inputs.signals.of("psi")))
+        asked = of_wheel and not aligning_torque_for(inputs.read_found_model()).stiffness
+        self._print_plan(planned, finals, car, assumed_noise(observer, F_N), counts_k=asked)
 
-    def _say(
+    def _print_plan(
         self, planned: "Plan", finals: list[Path], car: "Vehicle | None", noise: float, *, counts_k: bool
     ) -> None:
         """Print what the plan tells on each ground; a target that is missed on one is a fault."""
-        from brushgrip.estimation.friction_budget import declared_values_in_words
-        from brushgrip.outputs.console import print_table, say, show_json
+        from brushgrip.estimation.friction_uncertainty_budget import declared_uncertainty_text
+        from brushgrip.outputs.console import print_line, print_table, show_json
         from brushgrip.outputs.plan_texts import plan_document, rows_by_ground
         from observers.planning.forecast import ENOUGH, RUNS
         from symbolic import BrushgripError
@@ -143,25 +143,29 @@ class PlanRequest:
         headings = ("mu", f"{of}travel [{unit}]", "time [s]", f"{of}angle [{unit}]", "sigma/mu")
         title = f"until sigma/mu is {planned.target:.1%} (95 % band ± {2 * planned.target:.0%} of mu)"
         if counts_k:
-            say("k counts as a state: give estimate, and codegen, --stiffness-state too")
+            print_line("k counts as a state: give estimate, and codegen, --stiffness-state too")
         print_table(title, headings, rows_by_ground(planned, car), right=True)
-        say("one path for all grounds: on most its first turns do; stop once friction is as good")
+        print_line("one path for all grounds: on most its first turns do; stop once friction is as good")
         if planned.reasons:
             runs = f"fewer than {ENOUGH} of {RUNS} simulated runs"
-            say(f"a dash: with noise in {runs}; sigma/mu is there the least without noise")
+            print_line(f"a dash: with noise in {runs}; sigma/mu is there the least without noise")
         else:
             of_torque = "" if car else f" of {noise:.2g} N m"
-            say(f"this is enough in {ENOUGH} of {RUNS} simulated runs, noise{of_torque} on the torque")
+            print_line(
+                f"this is enough in {ENOUGH} of {RUNS} simulated runs, noise{of_torque} on the torque"
+            )
         if car:
-            if declared := declared_values_in_words(car, brakes=car.brakes):
-                say(declared)
-            say("this is for a car as declared; off within its tolerances it may take more")
+            if declared := declared_uncertainty_text(car, brakes=car.brakes):
+                print_line(declared)
+            print_line("this is for a car as declared; off within its tolerances it may take more")
         elif self.model is None:
-            say("this is for the declared model: plan with --model where brushgrip diagnose found one")
+            print_line(
+                "this is for the declared model: plan with --model where brushgrip diagnose found one"
+            )
         for reason in planned.reasons:
-            say(reason)
+            print_line(reason)
         if finals:
-            say(f"wrote {' and '.join(map(str, finals))}")
+            print_line(f"wrote {' and '.join(map(str, finals))}")
         show_json(plan_document(planned))
         if planned.reasons:
             missed = (mu for mu, at in zip(planned.mus, planned.reached, strict=True) if at is None)

@@ -31,8 +31,8 @@ class SimulateRequest(ModelRunRequest):
         )
         from brushgrip.inputs.command_inputs import staged_files_with_provenance
         from brushgrip.outputs.atomic import table_path, write_utf8
-        from brushgrip.outputs.console import say, show_json
-        from brushgrip.report.printed_results import say_model_ground
+        from brushgrip.outputs.console import print_line, show_json
+        from brushgrip.report.printed_results import print_ground_values
         from brushgrip.wording.formatting import csv_text
         from symbolic import InvalidInputError
 
@@ -42,14 +42,14 @@ class SimulateRequest(ModelRunRequest):
         finals = [table_path(self.out, name, len(inputs.paths)) for name in inputs.paths]
         settings = {"mu": self.mu, "ground": list(self.ground or ())}
         with staged_files_with_provenance(inputs, finals, settings, out=self.out) as stages:
-            recordings, found = inputs.recordings(torque_required=False), inputs.found()
+            recordings, found = inputs.recordings(torque_required=False), inputs.read_found_model()
             models = [simulation_model_and_values(recording, found, self.mu) for recording in recordings]
             for recording, (model, values), stage in zip(recordings, models, stages, strict=True):
                 torque = simulated_torque(recording, model, values, found)
                 write_utf8(stage, csv_text({"t": recording.t, "M_z": torque}))
         for recording, (_, values) in zip(recordings, models, strict=True):
-            say(values_in_words(recording, values, found, self.mu))
-        say_model_ground({recording.name: recording.ground for recording in recordings}, found)
+            print_line(values_in_words(recording, values, found, self.mu))
+        print_ground_values({recording.name: recording.ground for recording in recordings}, found)
         for final in finals:
-            say(f"wrote {final}")
+            print_line(f"wrote {final}")
         show_json({"wrote": list(map(str, finals))})

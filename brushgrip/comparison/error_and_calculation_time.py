@@ -119,5 +119,9 @@ def summarise(results: Sequence[CaseScores], methods: Sequence[Method]) -> list[
 
 def _score(case: Case, method: str, mu: Array, theta: float | None) -> MethodScore:
     return MethodScore(
-        method=method, rmse=case.rmse(mu), spread=case.spread(mu), theta=theta, mu=mu[case.settled]
+        method=method,
+        rmse=case.rmse(mu),
+        spread=case.std_after_first_slide(mu),
+        theta=theta,
+        mu=mu[case.settled],
     )

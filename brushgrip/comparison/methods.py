@@ -118,12 +118,12 @@ def _compiled_ekf(
 
 
 ANALYTIC = 9
-"""Column of `all_inputs` that holds the analytic estimate of mu."""
+"""Column of `correction_network_inputs` that holds the analytic estimate of mu."""
 MIN_REVERSAL = 5e-4
 """Least turn back that is taken for a reversal [rad], as in `observers.RootObserver`."""
 
 
-def angle_and_torque_inputs(recording: Recording) -> Array:
+def neural_network_inputs(recording: Recording) -> Array:
     """Inputs of the neural network of [Györök 2022], section 4.1: psi, psi_max and M, shape (n, 3).
 
     M is -M_z, as in the files published with it; where it is missing, the last value is imputed.
@@ -135,7 +135,7 @@ def angle_and_torque_inputs(recording: Recording) -> Array:
     return np.column_stack([recording.psi - recording.psi[0], _zones(recording).psi_max, M])
 
 
-def all_inputs(recording: Recording) -> Array:
+def correction_network_inputs(recording: Recording) -> Array:
     """Inputs of the network of [Györök 2022], section 4.2, shape (n, 10).
 
     psi, psi_max, M, e, F_N, direction, five zones or three, a, k and the analytic estimate of mu.
@@ -143,7 +143,7 @@ def all_inputs(recording: Recording) -> Array:
     rig, k, history = recording.rig, recording.tyre.k, _zones(recording)
     # The root solver takes missing torques as they are.
     analytic = run(RootObserver(rig=rig, k=k), recording.t, recording.psi, recording.F_N, recording.M_z)
-    inputs, ones = angle_and_torque_inputs(recording), np.ones(recording.t.size)
+    inputs, ones = neural_network_inputs(recording), np.ones(recording.t.size)
     state = (recording.F_N, history.direction, history.zones == 5)
     return np.column_stack([inputs, rig.e * ones, *state, rig.a * ones, k * ones, analytic.mu])
 
@@ -152,7 +152,7 @@ def train_neural_network(
     recordings: Sequence[Recording], design: NetworkDesign | None = None
 ) -> FrictionNetwork:
     """The neural network of [Györök 2022], section 4.1, trained on recordings with a declared mu."""
-    return train_network(recordings, angle_and_torque_inputs, design, name="neural network")
+    return train_network(recordings, neural_network_inputs, design, name="neural network")
 
 
 def train_root_correction_network(
@@ -163,7 +163,9 @@ def train_root_correction_network(
     The activation is always tanh, the best in section 4.2.
     """
     tanh = replace(design or NetworkDesign(), activation=Activation.TANH)
-    return train_network(recordings, all_inputs, tanh, base=ANALYTIC, name="root and network")
+    return train_network(
+        recordings, correction_network_inputs, tanh, base=ANALYTIC, name="root and network"
+    )
 
 
 def trained_methods(training: Sequence[Case]) -> list[Method]:

@@ -9,7 +9,12 @@ from numpy.typing import NDArray
 
 from brushgrip.inputs.command_inputs import Inputs
 from identification import Recording
-from identification.thesis import AuthorEstimate, aligned, author_estimate_file, read_author_estimate
+from identification.thesis import (
+    AuthorEstimate,
+    author_estimate_file,
+    begin_of_part,
+    read_author_estimate,
+)
 from symbolic import InvalidInputError
 from symbolic.float_array import Array
 
@@ -41,7 +46,7 @@ class Case:
         """Root mean square of mu, shape (n,), minus the declared [1]; [Györök 2022], section 5.3.1."""
         return float(np.sqrt(np.mean((mu[self.settled] - self.declared) ** 2)))
 
-    def spread(self, mu: Array) -> float:
+    def std_after_first_slide(self, mu: Array) -> float:
         """Standard deviation of mu over time, after the first slide [1]."""
         torque = np.nan_to_num(np.abs(self.recording.M_z[self.span]))
         first_slide = int(np.argmax(torque > FIRST_SLIDE * torque.max()))
@@ -62,10 +67,10 @@ def make_case(recording: Recording, author_folder: Path | None, declared: float 
     file = None if author_folder is None else author_estimate_file(author_folder, recording.name)
     author = None if file is None or not file.exists() else read_author_estimate(file)
     if author is None:
-        first, last = _beginning(recording), recording.t.size
+        first, last = _first_turning_sample(recording), recording.t.size
     else:
         try:
-            first = aligned(recording.psi, author.psi)
+            first = begin_of_part(recording.psi, author.psi)
         except InvalidInputError as error:
             raise InvalidInputError(f"{file}: {error} {recording.name}") from None
         last = first + author.psi.size
@@ -76,7 +81,7 @@ def make_case(recording: Recording, author_folder: Path | None, declared: float 
             f"{recording.name}: ends less than {SETTLED} s after the wheel began to turn, and the error"
             " is taken from then on; a longer recording is needed"
         )
-    reference, origin = _declared(recording, author, declared)
+    reference, origin = _reference_mu_and_source(recording, author, declared)
     return Case(
         recording=recording,
         declared=reference,
@@ -97,7 +102,7 @@ def make_cases(inputs: Inputs, author: Path | None, declared: Sequence[float]) -
     ]
 
 
-def check_references(declared: Sequence[float], recordings: int, author: Path | None) -> None:
+def check_reference_frictions(declared: Sequence[float], recordings: int, author: Path | None) -> None:
     """Refuses reference frictions and a folder of estimates that cannot belong to so many recordings."""
     if len(declared) not in (0, 1, recordings):
         raise InvalidInputError(
@@ -113,13 +118,13 @@ def check_references(declared: Sequence[float], recordings: int, author: Path | 
         )
 
 
-def author_files(recordings: Iterable[Path], author: Path | None) -> list[Path]:
+def author_estimate_files(recordings: Iterable[Path], author: Path | None) -> list[Path]:
     """The estimates of [Györök 2022] that may be read along with these recordings."""
     folders = {path.parent for path in recordings} if author is None else {author}
     return [path for folder in folders for path in folder.glob(author_estimate_file(Path(), "*").name)]
 
 
-def _beginning(recording: Recording) -> int:
+def _first_turning_sample(recording: Recording) -> int:
     turning = np.abs(recording.psi - recording.psi[0]) >= TURN_BEGINS
     if not turning.any():
         raise InvalidInputError(
@@ -128,7 +133,7 @@ def _beginning(recording: Recording) -> int:
     return int(np.argmax(turning))
 
 
-def _declared(
+def _reference_mu_and_source(
     recording: Recording, author: AuthorEstimate | None, given: float | None
 ) -> tuple[float, str]:
     if given is not None:

@@ -11,7 +11,7 @@ import numpy as np
 from brushgrip.comparison.error_and_calculation_time import PUBLISHED, CaseScores, MethodSummary
 from brushgrip.comparison.recordings_with_reference_friction import SETTLED
 from brushgrip.outputs.console import print_table, print_text
-from symbolic.compilation.operating_system import processor_description
+from symbolic.compilation.operating_system import cpuinfo_value
 
 NOTE = (
     "RMSE of the effective friction μ_eff (μ on the declared model) against the declared μ, from"
@@ -35,11 +35,11 @@ def text_tables(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) ->
     recordings = ("method", *(result.case.recording.name for result in results))
     errors = (
         ("declared μ", *(f"{result.case.declared:g}" for result in results)),
-        *((row.method, *map(_error, figures_of_method(results, row.method, "rmse"))) for row in rows),
+        *((row.method, *map(_error, metrics_by_case(results, row.method, "rmse"))) for row in rows),
     )
     times = (
-        ("length [s]", *(f"{_duration(result):.1f}" for result in results)),
-        *((row.method, *map(_time, figures_of_method(results, row.method, "theta"))) for row in rows),
+        ("length [s]", *(f"{_recording_duration(result):.1f}" for result in results)),
+        *((row.method, *map(_time, metrics_by_case(results, row.method, "theta"))) for row in rows),
     )
     return [
         (f"Mean over {len(results)} recordings", means, (*published, *own)),
@@ -61,13 +61,13 @@ def markdown_text(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) 
     parts: list[str] = []
     for title, headings, lines in text_tables(results, rows):
         rules = ["---", *(["---:"] * (len(headings) - 1))]
-        parts += [f"{title}:", "\n".join(map(_line, (headings, rules, *lines)))]
+        parts += [f"{title}:", "\n".join(map(_markdown_row, (headings, rules, *lines)))]
     return "\n\n".join([*parts, NOTE.format(settled=SETTLED), PUBLISHED_NOTE]) + "\n"
 
 
 def comparison_dict(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) -> dict[str, Any]:
     """The comparison for JSON; None where a value is unknown, quantiles from least to greatest."""
-    processor = processor_description("model name") or platform.processor() or platform.machine()
+    processor = cpuinfo_value("model name") or platform.processor() or platform.machine()
     return {
         "settled": SETTLED,
         "machine": {"processor": processor, "python": platform.python_version()},
@@ -78,7 +78,7 @@ def comparison_dict(results: Sequence[CaseScores], rows: Sequence[MethodSummary]
                 "name": result.case.recording.name,
                 "declared": result.case.declared,
                 "declared_from": result.case.origin,
-                "duration": _duration(result),
+                "duration": _recording_duration(result),
                 "samples": int(result.case.settled.sum()),
                 "scores": [
                     {n: getattr(score, n) for n in ("method", "rmse", "spread", "theta")}
@@ -91,7 +91,7 @@ def comparison_dict(results: Sequence[CaseScores], rows: Sequence[MethodSummary]
     }
 
 
-def _line(cells: Sequence[str]) -> str:
+def _markdown_row(cells: Sequence[str]) -> str:
     """A row without what Markdown takes for a column, for HTML or for a link."""
     plain = (escape(cell.replace("|", "/"), quote=False).replace("](", "]\\(") for cell in cells)
     return f"| {' | '.join(plain)} |"
@@ -103,7 +103,7 @@ def _cells(name: str, row: MethodSummary) -> Cells:
     return (name, *errors, _time(row.theta), beyond, _yes(row.gives_deviation))
 
 
-def figures_of_method(results: Sequence[CaseScores], method: str, name: str) -> list[float | None]:
+def metrics_by_case(results: Sequence[CaseScores], method: str, name: str) -> list[float | None]:
     """A figure of one method on every case, `rmse` or `theta` [1]; None where the method has none."""
     return [
         next((getattr(score, name) for score in result.scores if score.method == method), None)
@@ -111,7 +111,7 @@ def figures_of_method(results: Sequence[CaseScores], method: str, name: str) -> 
     ]
 
 
-def _duration(result: CaseScores) -> float:
+def _recording_duration(result: CaseScores) -> float:
     t = result.case.recording.t
     return float(t[-1] - t[0])
 

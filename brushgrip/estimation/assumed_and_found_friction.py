@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from brushgrip.estimation.friction_at_common_load import at_load, common_load
-from brushgrip.estimation.friction_budget import friction_budget
+from brushgrip.estimation.friction_uncertainty_budget import friction_uncertainty_budget
 from brushgrip.estimation.observe_recording import (
     FrictionTrack,
     aligning_torque_is_measured,
@@ -17,12 +17,12 @@ from brushgrip.estimation.observe_recording import (
 )
 from brushgrip.inputs.option_choices import ObserverName
 from identification import Diagnosis, FoundModel, Recording, signals_of
-from identification.selection.trial_runner import Submit, results_of, run_at_once
+from identification.selection.trial_runner import Submit, results_of, run_in_this_process
 from observers import GroundFriction, SelfConsistency, friction_spread, ground_friction, self_consistency
 from symbolic import Rig
 from symbolic.patch_moment import full_slide_arm
-from symbolic.tables.found_model import is_of_other_scale
-from symbolic.trajectory_sensitivity import memory_at_full_slide
+from symbolic.tables.found_model import is_stiffness_implausible
+from symbolic.trajectory_sensitivity import memory_for_full_slide
 
 _TrackAndConsistency = tuple[FrictionTrack, SelfConsistency]
 Stage = Mapping[str, SelfConsistency]
@@ -37,7 +37,7 @@ FIGURES = ("settling", "drift", "relative_band", "coverage", "reference_coverage
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FrictionOutcome:
+class AssumedAndFoundFriction:
     """Friction by the EKF on the assumed model, k as given (before), and on the model found (after)."""
 
     before: Stage
@@ -64,25 +64,25 @@ class FrictionOutcome:
         return [(track, at) for track in own if (at := track.last_usable) is not None]
 
     @property
-    def is_known(self) -> bool:
+    def is_known_in_any_recording(self) -> bool:
         """Whether friction is known in a recording by the model found."""
         return any(map(self.known_tracks, self.grounds))
 
-    def never_known(self) -> list[str]:
+    def recordings_without_friction(self) -> list[str]:
         """The recordings whose friction is not known by the model found."""
         return [name for name, track in self.tracks_of().items() if track.last_usable is None]
 
     @property
-    def compared(self) -> tuple[FrictionTrack, ...]:
+    def tracks_by_every_observer(self) -> tuple[FrictionTrack, ...]:
         """All tracks of the recordings that have one by every observer."""
         return tuple(track for track in self.tracks if track.name in self.tracks_of(MHE_FOUND))
 
-    def groups(self) -> dict[str, tuple[str, ...]]:
+    def training_and_holdout_names(self) -> dict[str, tuple[str, ...]]:
         """Names of the training and, where there are any, of the held-out recordings."""
         training = tuple(name for name in self.before if name not in self.holdout)
         return {"training": training, **({"holdout": self.holdout} if self.holdout else {})}
 
-    def further(self, label: str = EKF_FOUND) -> dict[str, GroundFriction]:
+    def last_usable_by_ground(self, label: str = EKF_FOUND) -> dict[str, GroundFriction]:
         """Friction of each named ground by the last usable samples; grounds without one are left out."""
         known = {ground: self.known_tracks(ground, label) for ground in self.grounds if ground}
         return {
@@ -93,20 +93,29 @@ class FrictionOutcome:
             if own
         }
 
-    def bands(self, label: str = EKF_FOUND) -> dict[str, GroundFriction]:
+    def last_band_by_ground(self, label: str = EKF_FOUND) -> dict[str, GroundFriction]:
         """Those of `further` that have a band for a further recording."""
-        return {ground: one for ground, one in self.further(label).items() if one.further is not None}
+        return {
+            ground: one
+            for ground, one in self.last_usable_by_ground(label).items()
+            if one.further is not None
+        }
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `friction` in `diagnosis.json`."""
         named = {ground: names for ground, names in self.grounds.items() if ground}
         return {
             name: {
-                "mean": mean_figures(stage, stage),
-                **{g: {"mean": mean_figures(stage, names)} for g, names in self.groups().items()},
+                "mean": settling_and_coverage(stage, stage),
+                **{
+                    g: {"mean": settling_and_coverage(stage, names)}
+                    for g, names in self.training_and_holdout_names().items()
+                },
                 # Coefficient of variation of the final mu_eff; None below two recordings.
                 "spread": {g: friction_spread([stage[n] for n in names]) for g, names in named.items()},
-                "further": {ground: asdict(one) for ground, one in self.further(label).items()},
+                "further": {
+                    ground: asdict(one) for ground, one in self.last_usable_by_ground(label).items()
+                },
                 "load": self.load if stage is self.after else None,
                 "inclination": self.inclination if stage is self.after else None,
                 "without_stand_ins": dict(self.without_stand_ins) if stage is self.after else {},
@@ -123,7 +132,7 @@ class FrictionOutcome:
         }
 
 
-def mean_figures(stage: Stage, recordings: Iterable[str]) -> dict[str, float | None]:
+def settling_and_coverage(stage: Stage, recordings: Iterable[str]) -> dict[str, float | None]:
     """The figures of `FIGURES`, each averaged over those of the recordings that have it."""
     chosen = [stage[name] for name in recordings]
     return {figure: _mean([getattr(one, figure) for one in chosen]) for figure in FIGURES}
@@ -163,9 +172,9 @@ def friction_by_both_models(
     training: Sequence[Recording],
     holdout: Sequence[Recording],
     diagnosis: Diagnosis,
-    submit: Submit = run_at_once,
+    submit: Submit = run_in_this_process,
     by_inclination: Sequence[Recording] | None = None,
-) -> FrictionOutcome | None:
+) -> AssumedAndFoundFriction | None:
     """The EKF over every recording by both models; None where a recording has no aligning torque.
 
     None, too, where k of the model is of another scale than the declared one. The moving-horizon
@@ -182,12 +191,12 @@ def friction_by_both_models(
     fitted = _model_with_values_of_recordings(diagnosis)
     on_rig = [r for r in recordings if r.standstills is None]
     stiffness = ((found.values_for_estimation(r.ground)["k"], r) for r in on_rig)
-    if any(is_of_other_scale(k, r.tyre.k, r.rig.tolerances.k) for k, r in stiffness):
+    if any(is_stiffness_implausible(k, r.tyre.k, r.rig.tolerances.k) for k, r in stiffness):
         return None
     load = common_load(found, recordings)
     pairs = list(zip(recordings, of_found, strict=True))
-    by_found = {r.name: offline_friction(fitted, r, load, one.rig) for r, one in pairs}
-    by_declared = {r.name: offline_friction(fitted, r) for r in recordings}
+    by_found = {r.name: offline_mu_eff_at_end(fitted, r, load, one.rig) for r, one in pairs}
+    by_declared = {r.name: offline_mu_eff_at_end(fitted, r) for r in recordings}
     labels = dict.fromkeys(r.ground or "" for r in recordings)
     grounds = {g: tuple(r.name for r in recordings if (r.ground or "") == g) for g in labels}
     runs = {
@@ -202,7 +211,7 @@ def friction_by_both_models(
             for label, (observer, model, some) in runs.items()
         }
     )
-    return FrictionOutcome(
+    return AssumedAndFoundFriction(
         before={r.name: outcomes[EKF_DECLARED][r.name][1] for r in recordings},
         after={r.name: outcomes[EKF_FOUND][r.name][1] for r in recordings},
         grounds=grounds,
@@ -233,7 +242,7 @@ def _friction_without_stand_ins(
     model, values = diagnosis.without_stand_ins
     poorer = replace(diagnosis, model=model, values=values)
     mu, told = (
-        {r.name: offline_friction(_model_with_values_of_recordings(d), r, load) for r in recordings}
+        {r.name: offline_mu_eff_at_end(_model_with_values_of_recordings(d), r, load) for r in recordings}
         for d in (poorer, diagnosis)
     )
     return {
@@ -262,13 +271,15 @@ def _tracks(
             friction_track(observer, recording, estimates, MODELS[model is not None]),
             reference=reference,
             reference_label="μ_eff fitted to the whole recording",
-            budget=friction_budget(factory, recording, used, estimates) if with_budget else {},
+            budget=friction_uncertainty_budget(factory, recording, used, estimates)
+            if with_budget
+            else {},
         )
         observed[recording.name] = track, self_consistency(estimates, reference)
     return observed
 
 
-def offline_friction(
+def offline_mu_eff_at_end(
     found: FoundModel, recording: Recording, load: float | None = None, told: Rig | None = None
 ) -> float:
     """mu_eff at the end of a recording [1] that the diagnosis saw: mu and rig fitted to all of it.
@@ -280,8 +291,8 @@ def offline_friction(
     told = told or rig
     fitted = found.rig.get(recording.name, {})
     load = float(np.median(recording.F_N)) if load is None else load
-    theta = model.theta(found.values_for(recording.name, ground=recording.ground))
-    memory = memory_at_full_slide(model, signals_of(recording), np.asarray(theta).ravel())
+    theta = model.theta(found.values_for_recording(recording.name, ground=recording.ground))
+    memory = memory_for_full_slide(model, signals_of(recording), np.asarray(theta).ravel())
     _, corrected = model.full_slide(
         memory,
         load * fitted.get("load", 1.0),

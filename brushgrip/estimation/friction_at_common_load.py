@@ -17,7 +17,7 @@ LEAST_CHANGE = 0.01
 """Change of friction over the loads of a recording from which on its load is told [1]."""
 
 
-def friction_ratio(found: FoundModel, recording: Recording, load: float) -> Array:
+def mu_eff_ratio_at_load(found: FoundModel, recording: Recording, load: float) -> Array:
     """mu_eff at a load [N] over that at the load of each sample, by the model's law [1], shape (n,)."""
     model, rig = found.model, recording.rig
     # The law's own mu is a factor on both.
@@ -35,22 +35,22 @@ def common_load(found: FoundModel, recordings: Sequence[Recording]) -> float | N
     """
     load = median_low(float(np.median(r.F_N)) for r in recordings)
     on_rig = [r for r in recordings if r.standstills is None]
-    ratios = [friction_ratio(found, recording, load) for recording in on_rig]
+    ratios = [mu_eff_ratio_at_load(found, recording, load) for recording in on_rig]
     return load if any(np.abs(ratio - 1).max() >= LEAST_CHANGE for ratio in ratios) else None
 
 
 def at_load(estimates: Estimates, found: FoundModel, recording: Recording, load: float) -> Estimates:
     """The estimates with mu_eff and its deviation as they would be at a load [N]."""
-    ratio = friction_ratio(found, recording, load)
+    ratio = mu_eff_ratio_at_load(found, recording, load)
     return replace(estimates, mu_eff=ratio * estimates.mu_eff, mu_eff_std=ratio * estimates.mu_eff_std)
 
 
-def load_of_friction(found: FoundModel, recording: Recording, at: int) -> str:
+def friction_load_text(found: FoundModel, recording: Recording, at: int) -> str:
     """The load that mu_eff of a sample belongs to, where it changes with the load; else empty."""
     load = float(recording.F_N[at])
-    if np.abs(friction_ratio(found, recording, load) - 1).max() < LEAST_CHANGE:
+    if np.abs(mu_eff_ratio_at_load(found, recording, load) - 1).max() < LEAST_CHANGE:
         return ""
-    share, length = friction_by_length(found, recording, load), ""
+    share, length = friction_to_mu_eff_ratio(found, recording, load), ""
     if abs(share - 1) >= LEAST_CHANGE:
         length = (
             ", over the declared half-length; of the contact that the model has there friction is"
@@ -59,7 +59,7 @@ def load_of_friction(found: FoundModel, recording: Recording, at: int) -> str:
     return f"{OVER_LOAD}: mu_eff is that at {load:.0f} N{length}"
 
 
-def friction_by_length(found: FoundModel, recording: Recording, load: float) -> float:
+def friction_to_mu_eff_ratio(found: FoundModel, recording: Recording, load: float) -> float:
     """Friction over mu_eff [1], which counts a contact that is longer under a load [N] as friction."""
     model, rig = found.model, recording.rig
     patch = model.patch(model.theta({**found.values_for_estimation(recording.ground), "mu": 1.0}))

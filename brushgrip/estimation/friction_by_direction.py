@@ -10,7 +10,7 @@ import numpy as np
 
 from brushgrip.wording.friction_in_words import NARROWED_BY, OF_ZERO, WAYS, with_95_band
 from observers import AligningTorque, DirectionalFriction, Ekf, Estimates, Mhe, Observer, Status
-from observers.quality.usable_stretches import last_ground, last_usable
+from observers.quality.usable_stretches import last_ground_change_index, last_usable
 from symbolic.float_array import Array
 
 UNCHECKED = int(Status.ACQUIRING | Status.SUSPECT)
@@ -39,7 +39,7 @@ def directional_friction_and_line(
         return {}, ""
     row: dict[str, float | str] = {}
     mu_of, told = dict.fromkeys(DIRECTIONS, nan), []
-    begin = last_ground(estimates)
+    begin = last_ground_change_index(estimates)
     # The zero of the angle may jump where it is implausible.
     left_out = estimates.status & Status.IMPLAUSIBLE != 0
     steps = np.where(left_out[1:] | left_out[:-1], 0.0, np.diff(psi))
@@ -65,12 +65,12 @@ def directional_friction_and_line(
     return row, line
 
 
-def hidden_by_zero(observer: Observer, estimates: Estimates) -> str:
+def hidden_by_torque_zero_note(observer: Observer, estimates: Estimates) -> str:
     """That a zero of the torque, not declared, hides friction by direction; empty if it does not."""
-    if without_directional_friction(observer) is observer or not isinstance(observer, Ekf | Mhe):
+    if observer_with_single_friction(observer) is observer or not isinstance(observer, Ekf | Mhe):
         return ""
     zero, limit = observer.tuning.zero_std, observer.tuning.zero_std / observer.informed_below
-    low = estimates.wide & (estimates.mu_eff < limit)
+    low = estimates.is_too_uncertain & (estimates.mu_eff < limit)
     if observer.rig.tolerances.zero is not None or not low.any():
         return ""
     return (
@@ -80,7 +80,7 @@ def hidden_by_zero(observer: Observer, estimates: Estimates) -> str:
     )
 
 
-def without_directional_friction(observer: Observer) -> Observer:
+def observer_with_single_friction(observer: Observer) -> Observer:
     """The observer with one friction for both directions, acquired; itself where it has one."""
     if isinstance(observer, Ekf | Mhe) and isinstance(observer.measurement_model, DirectionalFriction):
         return replace(observer, measurement_model=AligningTorque(), acquire=True)

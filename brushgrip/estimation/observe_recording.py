@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from brushgrip.estimation.friction_by_direction import (
     gated_by_single_friction,
-    without_directional_friction,
+    observer_with_single_friction,
 )
-from brushgrip.estimation.signal_map_remedy import in_channels
+from brushgrip.estimation.signal_map_remedy import remedy_with_file_channels
 from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.inputs.option_values import ChosenTuning
 from identification import FoundModel, Recording, Standstills
-from identification.fits.least_squares_problem import begins_at_zero
+from identification.fits.least_squares_problem import is_first_torque_zero
 from observers import (
     AligningTorque,
     DirectionalFriction,
@@ -37,7 +37,11 @@ from observers import (
     smooth,
     tuning_for,
 )
-from observers.quality.usable_stretches import held_usable, last_uncontradicted, steady_from
+from observers.quality.usable_stretches import (
+    first_steadily_usable_index,
+    last_uncontradicted,
+    usable_held_between_torques,
+)
 from symbolic import InvalidInputError, Model, rig_of
 from symbolic.float_array import Array
 
@@ -86,7 +90,9 @@ class FrictionTrack:
     @property
     def last_usable(self) -> int | None:
         """As `observers.quality.usable_stretches.last_usable`."""
-        return last_uncontradicted(self.usable, self.inconsistent, self._last_ground, self.turn)
+        return last_uncontradicted(
+            self.usable, self.inconsistent, self._last_ground_first_sample, self.turn
+        )
 
     @property
     def ends_early(self) -> bool:
@@ -96,10 +102,10 @@ class FrictionTrack:
     @property
     def usable_since(self) -> int:
         """The sample since which the last usable friction, which there has to be, was steadily so."""
-        return steady_from(self.t, self.usable, self._last_ground)
+        return first_steadily_usable_index(self.t, self.usable, self._last_ground_first_sample)
 
     @property
-    def _last_ground(self) -> int:
+    def _last_ground_first_sample(self) -> int:
         return int(np.searchsorted(self.t, self.changes[-1])) if self.changes.size else 0
 
 
@@ -127,8 +133,8 @@ def model_observer(
     else:
         # A causal observer cannot know what was fitted to a whole recording, such as its torque zero.
         model = found.model
-        values = found.values_for_estimation(recording.ground, tared=begins_at_zero(recording))
-        rig = found.with_known_stiffness(recording.rig, recording.tyre.k, recording.ground)
+        values = found.values_for_estimation(recording.ground, tared=is_first_torque_zero(recording))
+        rig = found.rig_with_stiffness_tolerance(recording.rig, recording.tyre.k, recording.ground)
     measurement_model: MeasurementModel = SteeringTorque()
     if (car := recording.standstills) is not None:
         measurement_model = RackForce.of(car.vehicle, brakes=car.brakes[0])
@@ -159,7 +165,7 @@ def root_observer_on_declared_model(
     return RootObserver(rig=recording.rig, k=recording.tyre.k, smoothing=smoothing)
 
 
-def aligning_torque_model(*, by_direction: bool, stiffness_state: bool | None) -> Aligning | None:
+def aligning_measurement_model(*, by_direction: bool, stiffness_state: bool | None) -> Aligning | None:
     """How M_z is measured by these options; None for the usual."""
     if by_direction and stiffness_state:
         raise InvalidInputError("--by-direction has no k as a state; leave --stiffness-state out")
@@ -197,9 +203,11 @@ def observe(
     try:
         observer = factory(recording, found)
     except InvalidInputError as error:
-        raise InvalidInputError(f"{recording.name}: {in_channels(recording, str(error))}") from None
+        raise InvalidInputError(
+            f"{recording.name}: {remedy_with_file_channels(recording, str(error))}"
+        ) from None
     if not smoothed:
-        single = without_directional_friction(observer)
+        single = observer_with_single_friction(observer)
         estimates = run(observer, **run_arguments(recording))
         # Of a model that was found the diagnosis has seen the scale; one friction may not fit it.
         if found or single is observer:
@@ -286,9 +294,9 @@ def friction_track(
         t=estimates.t,
         mu=mu_eff_or_mu(estimates),
         mu_std=estimates.mu_eff_std,
-        usable=held_usable(estimates),
+        usable=usable_held_between_torques(estimates),
         changes=estimates.t[estimates.status & Status.RESET != 0],
-        inconsistent=(estimates.status & Status.INCONSISTENT != 0) & estimates.measured,
+        inconsistent=(estimates.status & Status.INCONSISTENT != 0) & estimates.has_measured_torque,
         turn=estimates.turn,
         reference=recording.tyre.mu,
         last_status=Status(int(estimates.status[-1])),

@@ -82,7 +82,7 @@ def causes_with_map(recording: Recording, causes: Sequence[str], torque: str) ->
         return why
     counter = _map_if_t_counts_samples(recording) if "t" in changed else ""
     if any(cause.startswith(ANGLE) for cause in causes):
-        changed["psi"], ratio = _angle(recording)
+        changed["psi"], ratio = _angle_source_and_ratio_note(recording)
     elif changed:
         ratio = ""
     if recording.standstills is None and why.startswith(OTHER_POUNDS):
@@ -90,13 +90,13 @@ def causes_with_map(recording: Recording, causes: Sequence[str], torque: str) ->
         maps = (corrected_map(recording.sources, {"F_N": replace(load, unit=u)}) for u in ("kgf", "lbf"))
         return f"{why}: {' or '.join(maps)}"
     if recording.standstills is None and why.startswith(CLIPPED):
-        why = _with_lower_bound(recording, why)
+        why = _lower_bound_and_cause_text(recording, why)
     return why + (f": {corrected_map(recording.sources, changed)}" if changed else "") + ratio + counter
 
 
-def _with_lower_bound(recording: Recording, why: str) -> str:
+def _lower_bound_and_cause_text(recording: Recording, why: str) -> str:
     """The cause, behind the friction that there is at least where the torque is clipped, not frozen."""
-    size = np.abs(recording.recorded_torque)
+    size = np.abs(recording.aligning_or_steering_torque)
     end, rig = float(np.nanmax(size)), recording.rig
     times = np.convolve(size == end, np.ones(IN_A_ROW), "valid")
     load = float(np.median(recording.F_N[recording.F_N > 0]))
@@ -112,8 +112,10 @@ def _remedy_if_torque_is_scaled(recording: Recording, torque: str, scale: float)
         return FOR_K
     source, angle = _source(recording, torque), _source(recording, "psi")
     of_hand = f"if psi is the steering wheel's, without a ratio yet: --steering-ratio {USUAL_RATIO}; "
-    shaft = corrected_map(recording.sources, {torque: source.geared(torque)})
-    told = f"; {'' if source.ratio else of_hand}if the torque is of its shaft: {shaft}{source.for_ratio}"
+    shaft = corrected_map(recording.sources, {torque: source.geared_by_steering_ratio(torque)})
+    told = (
+        f"; {'' if source.ratio else of_hand}if the torque is of its shaft: {shaft}{source.ratio_hint}"
+    )
     if scale >= MIN_SCALE:
         return told
     if angle.unit is None:
@@ -124,7 +126,7 @@ def _remedy_if_torque_is_scaled(recording: Recording, torque: str, scale: float)
     return f"{told}; if the torque is in {other}: {corrected_map(recording.sources, entry)}"
 
 
-def in_channels(recording: Recording, text: str) -> str:
+def remedy_with_file_channels(recording: Recording, text: str) -> str:
     """The text, with the channel of the file where it proposes to take M_z from the column M."""
     source = _source(recording, "M")
     turned = {"M_z": replace(source, factor=-source.factor)}
@@ -137,7 +139,7 @@ def _map_if_t_counts_samples(recording: Recording) -> str:
     if (np.diff(recording.t) != 1).any():
         return ""
     source = _source(recording, "t")
-    counted = replace(source, factor=source.factor / USUAL_RATE).as_map("t")
+    counted = replace(source, factor=source.factor / USUAL_RATE).map_entry_text("t")
     return f"; if t counts samples, at {USUAL_RATE:g} Hz: {counted} in its place"
 
 
@@ -152,15 +154,15 @@ def _source(recording: Recording, column: str) -> SignalSource:
     return recording.sources.get(column, SignalSource(channel=column))
 
 
-def _angle(recording: Recording) -> tuple[SignalSource, str]:
+def _angle_source_and_ratio_note(recording: Recording) -> tuple[SignalSource, str]:
     """Where the angle comes from, and a note on the steering ratio."""
     source, largest = _source(recording, "psi"), float(np.abs(recording.psi).max())
     degrees = replace(source, unit="deg")
     if source.unit is not None:
-        return source.geared("psi"), source.for_ratio
+        return source.geared_by_steering_ratio("psi"), source.ratio_hint
     if largest > MAX_ANGLE_DEGREES:
-        return degrees.geared("psi"), source.for_ratio
+        return degrees.geared_by_steering_ratio("psi"), source.ratio_hint
     if largest > SURELY_DEGREES or source.ratio:
         return degrees, ""
-    geared = source.geared("psi").as_map("psi")
-    return degrees, f", or {geared} if it is the steering wheel's{source.for_ratio}"
+    geared = source.geared_by_steering_ratio("psi").map_entry_text("psi")
+    return degrees, f", or {geared} if it is the steering wheel's{source.ratio_hint}"

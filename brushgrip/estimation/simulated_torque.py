@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from identification import FoundModel, Recording, Values, replaced_rig, signals_of
 from symbolic import InvalidInputError, Model, simulate
-from symbolic.trajectory_sensitivity import memory_at_full_slide
+from symbolic.trajectory_sensitivity import memory_for_full_slide
 
 
 def simulation_model_and_values(
@@ -17,7 +17,7 @@ def simulation_model_and_values(
     """
     mu = recording.tyre.mu if given is None else given
     if found is not None:
-        values = found.values_for(recording.name, mu, recording.ground)
+        values = found.values_for_recording(recording.name, mu, recording.ground)
         return found.model, values if given is None else values | {"mu": given}
     if mu is None:
         raise InvalidInputError(
@@ -52,7 +52,7 @@ def values_in_words(
         return line
     model, load = found.model, float(np.median(recording.F_N))
     theta = model.theta(values)
-    memory = memory_at_full_slide(model, signals_of(recording), np.asarray(theta).ravel())
+    memory = memory_for_full_slide(model, signals_of(recording), np.asarray(theta).ravel())
     mu_eff, _ = model.full_slide(memory, load, theta, [a, e], recording.rig.slide_rate)
     line += "; not known as a file of the model" * (not own)
     return f"{line}; mu_eff, which estimate tells, is {float(mu_eff):.2f} at {load:.0f} N"

@@ -7,7 +7,7 @@ from math import exp, hypot, isfinite, nan
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.estimation.friction_by_direction import without_directional_friction
+from brushgrip.estimation.friction_by_direction import observer_with_single_friction
 from brushgrip.estimation.observe_recording import (
     ObserverFactory,
     aligning_torque_is_measured,
@@ -21,12 +21,12 @@ from brushgrip.wording.formatting import band_decimals
 from brushgrip.wording.friction_in_words import LACKING, LACKING_STILL, MIN_REPORTED_SHARE
 from identification import FoundModel, Recording
 from identification.reading.declared_sensor_range import (
+    drop_torques_beyond_range,
     greatest_friction,
     share_beyond_range,
-    within_declared_range,
 )
 from identification.reading.sensor_saturation import sensor_saturation
-from identification.residuals.unexplained_residual import white_noise
+from identification.residuals.unexplained_residual import white_noise_std
 from observers import Ekf, Estimates, Loop, Mhe, Observer, Status, suspicions_of
 from observers.estimates import BAND_STDS
 from observers.protocol import MAX_SAMPLE_PERIOD, UNINFORMED
@@ -48,7 +48,7 @@ MAX_REPLAYED_SAMPLES = 20_000
 def implausibility_lines(recordings: Sequence[Recording]) -> list[str]:
     """A line for each recording that looks like one in other units, or of the other sign."""
     lines = []
-    for recording in map(within_declared_range, recordings):
+    for recording in map(drop_torques_beyond_range, recordings):
         channel, apart = torque_channel_name(recording), float(np.median(np.diff(recording.t)))
         causes: Sequence[str] = [f"{TIME} or less: samples are {apart:g} s apart"]
         if apart <= MAX_SAMPLE_PERIOD:
@@ -61,7 +61,7 @@ def implausibility_lines(recordings: Sequence[Recording]) -> list[str]:
 def doubtful_inputs(recordings: Sequence[Recording]) -> dict[str, str]:
     """Those lines, and one where a torque seems to end by its sensor, each with its note."""
     noted = {line: f"{SUSPECTED}: {line}" for line in implausibility_lines(recordings)}
-    ends = [f"{r.name}: {end}" for r in recordings if (end := unstated_range(r))]
+    ends = [f"{r.name}: {end}" for r in recordings if (end := undeclared_sensor_range_note(r))]
     return noted | {line: f"{MAY_END}: {line}" for line in ends}
 
 
@@ -73,7 +73,7 @@ def suspected_cause(
     if flagged.size <= MIN_REPORTED_SHARE * estimates.t.size:
         return ""
     loop = _replayed(
-        without_directional_friction(factory(recording, found)), recording, 0, int(flagged[-1])
+        observer_with_single_friction(factory(recording, found)), recording, 0, int(flagged[-1])
     )
     return causes_with_map(recording, loop.suspicions, torque_channel_name(recording))
 
@@ -84,7 +84,7 @@ def why_not_acquired(observer: Observer, recording: Recording, estimates: Estima
     That needs a mu that is known, and a slope of the torque that the tolerance of k allows.
     """
     status = Status(int(estimates.status[-1])) & (UNINFORMED | Status.INCONSISTENT)
-    observer = without_directional_friction(observer)
+    observer = observer_with_single_friction(observer)
     if status != Status.ACQUIRING or not isinstance(observer, Ekf | Mhe):
         return ""
     loop = _replayed(observer, recording, 0, min(estimates.t.size, MAX_REPLAYED_SAMPLES) - 1)
@@ -101,7 +101,7 @@ def why_not_acquired(observer: Observer, recording: Recording, estimates: Estima
     )
 
 
-def slope_of_car(factory: ObserverFactory, recording: Recording, at: int) -> str:
+def car_force_slope_note(factory: ObserverFactory, recording: Recording, at: int) -> str:
     """That a car's force rises otherwise than declared, up to sample `at`; empty if not clearly so."""
     if (car := recording.standstills) is None:
         return ""
@@ -133,7 +133,7 @@ def _replayed(observer: Observer, recording: Recording, first: int, last: int) -
     return loop
 
 
-def hardly_turned(recording: Recording) -> str:
+def hardly_turned_note(recording: Recording) -> str:
     """That the wheel turned too little for anything but ice to slide; empty where it did."""
     turn, seconds = np.ptp(recording.psi), np.ptp(recording.t)
     told = f"the wheel hardly turned: by {turn:.2g} rad in {seconds:.2g} s;"
@@ -170,12 +170,12 @@ def inconsistency_remedy(
     known = np.isfinite(recording.M_z)
     residual = np.where(estimates.status & inconsistent, innovation, np.nan)[known]
     shown = np.abs(residual[np.isfinite(residual)])
-    if shown.size and np.median(shown) / 0.6745 > BEYOND * white_noise(residual) > 0:
-        if of_found and without_directional_friction(observer) is not observer:
+    if shown.size and np.median(shown) / 0.6745 > BEYOND * white_noise_std(residual) > 0:
+        if of_found and observer_with_single_friction(observer) is not observer:
             return f"leave --by-direction out, or {lacking}; more noise would not explain it"
         return f"{lacking}; more noise would not explain it"
     rate = np.abs(recording.psi_dot[known])
-    seen = white_noise(np.where(rate <= np.median(rate), recording.M_z[known], np.nan))
+    seen = white_noise_std(np.where(rate <= np.median(rate), recording.M_z[known], np.nan))
     seen *= min(1.0, float(np.median(np.diff(recording.t[known])) / REFERENCE_STEP)) ** 0.5
     rig = recording.rig
     slide = FULL_SLIDE * float(np.median(recording.F_N)) * rig.a
@@ -189,7 +189,7 @@ def inconsistency_remedy(
     )
 
 
-def load_outside(F_N: Array, loads: tuple[float, float] | None) -> str:
+def load_outside_model_note(F_N: Array, loads: tuple[float, float] | None) -> str:
     """That loads [N], NaN where missing, are outside those behind a model; empty if not, or unknown."""
     known = F_N[F_N > 0]
     if loads is None or not known.size:
@@ -205,7 +205,7 @@ def load_outside(F_N: Array, loads: tuple[float, float] | None) -> str:
     )
 
 
-def constant_load(recording: Recording) -> str:
+def constant_load_note(recording: Recording) -> str:
     """That the load never changes, as no measured one does; empty if it does, or has a tolerance."""
     known = recording.standstills is not None or recording.rig.tolerances.load is not None
     told = (
@@ -233,7 +233,7 @@ def weaker_direction_share_and_note(
     return below, told * bool(below >= MIN_REPORTED_SHARE)
 
 
-def torque_beyond_sensor_range(recording: Recording) -> str:
+def sensor_range_reached_note(recording: Recording) -> str:
     """That the torque reached its sensor's range, and what follows; empty if not, or none is known."""
     share = share_beyond_range(recording)
     if share <= MIN_REPORTED_SHARE:
@@ -245,14 +245,14 @@ def torque_beyond_sensor_range(recording: Recording) -> str:
     )
 
 
-def unstated_range(recording: Recording) -> str:
+def undeclared_sensor_range_note(recording: Recording) -> str:
     """That the sensor of the torque seems to end, where no range is declared; empty if it does not."""
     if recording.standstills is not None or recording.rig.range is not None:
         return ""
-    return seems_to_end(recording.recorded_torque, recording.psi, recording.F_N)
+    return torque_saturation_note(recording.aligning_or_steering_torque, recording.psi, recording.F_N)
 
 
-def seems_to_end(torque: Array, psi: Array, F_N: Array) -> str:
+def torque_saturation_note(torque: Array, psi: Array, F_N: Array) -> str:
     """That a torque seems to end by its sensor, arguments as of `sensor_saturation`; empty if not."""
     if (end := sensor_saturation(torque, psi, F_N)) is None:
         return ""
@@ -262,9 +262,9 @@ def seems_to_end(torque: Array, psi: Array, F_N: Array) -> str:
     )
 
 
-def differing_rates(recording: Recording) -> str:
+def differing_sample_rates_note(recording: Recording) -> str:
     """The rates of torque and angle where both are regular and differ; empty where they do not."""
-    measured = (recording.recorded_torque, angle_nan_where_imputed(recording))
+    measured = (recording.aligning_or_steering_torque, angle_nan_where_imputed(recording))
     rates = [_rate(recording.t[np.isfinite(values)]) for values in measured]
     if min(rates) <= 0 or max(rates) < OTHER_RATE * min(rates):
         return ""

@@ -11,8 +11,8 @@ from typing import TypeVar
 import numpy as np
 
 from brushgrip.inputs.recording_files import (
-    grounds_by_name,
     locate_recording,
+    parse_ground_by_recording,
     refuse_overwriting,
     shares_samples,
     unique_labels,
@@ -21,7 +21,7 @@ from brushgrip.inputs.user_effects import effect_files, import_user_effects
 from brushgrip.outputs.atomic import staged_files, write_utf8
 from brushgrip.outputs.provenance import (
     Provenance,
-    files_behind_model,
+    labels_model_was_found_from,
     provenance_file,
     provenance_of,
     warn_of_another_rig,
@@ -41,7 +41,7 @@ from identification import (
 )
 from identification.reading.checked_file_reading import read_bytes
 from identification.reading.map_for_recording import with_steering_ratio
-from identification.reading.readers import files_beside
+from identification.reading.readers import companion_files
 from identification.reading.signal_map import parse_maps
 from identification.reading.trimming_and_thinning import trimmed
 from symbolic import Effect, InvalidInputError
@@ -101,7 +101,7 @@ class Inputs:
         _require_distinct(self.paths.values(), read, lambda a, b: np.array_equal(a.psi, b.psi))
         return [replace(decay, name=name) for name, decay in zip(self.paths, read, strict=True)]
 
-    def found(self) -> FoundModel | None:
+    def read_found_model(self) -> FoundModel | None:
         """The model that a diagnosis found; None for the declared one.
 
         It keeps the values of recordings at hand alone, and of these only where the file is the same:
@@ -111,7 +111,7 @@ class Inputs:
             return None
         found = read_model(self.model, effects=self.effects)
         named = {label: path for label, path in self.paths.items() if label in found.own}
-        same = files_behind_model(self.model, named)
+        same = labels_model_was_found_from(self.model, named)
         own, rig = ({n: v for n, v in of.items() if n in same} for of in (found.own, found.rig))
         return replace(found, own=own, rig=rig)
 
@@ -183,11 +183,11 @@ def gather_inputs(
     if steering_ratio is not None:
         signals = with_steering_ratio(signals, steering_ratio)
     labels = unique_labels(located)
-    grounds = grounds_by_name(labels, ground)
+    grounds = parse_ground_by_recording(labels, ground)
     # Results tell values of grounds and of recordings by name.
     apart = {n: f"{n}_recording" for n in grounds.values() if f"{n}_recording" not in labels}
     paths = {apart.get(n, n): path for n, path in zip(labels, located, strict=True)}
-    files = [*located, *effect_files(effects, own), *files_beside(located, signals)]
+    files = [*located, *effect_files(effects, own), *companion_files(located, signals)]
     return Inputs(
         paths=paths,
         files=tuple(dict.fromkeys(files)),

@@ -8,7 +8,7 @@ from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.option_values import ChosenTuning
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque, car_observer, from_files, tuning_for
 from observers.estimators.model_observer import ModelObserver
-from observers.interfaces.factory import read_vehicle_file
+from observers.interfaces.observer_from_files import read_vehicle_file
 from symbolic import InvalidInputError
 
 KINDS: Mapping[str, type[Ekf] | type[Mhe]] = {"ekf": Ekf, "mhe": Mhe}

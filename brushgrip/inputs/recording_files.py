@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.outputs.atomic import file_keys
+from brushgrip.outputs.atomic import file_identity_keys
 from identification import READERS, Recording
 from identification.fits.autocorrelation import autoregression
-from identification.reading.checked_file_reading import as_read_error
+from identification.reading.checked_file_reading import convert_read_errors
 from identification.reading.sample_table import MIN_SAMPLES
 from symbolic import InvalidInputError
 from symbolic.errors import printable
@@ -61,7 +61,7 @@ def locate_recording(name: str, *, of_car: bool = False) -> Path:
         folders += [] if of_car else [download_folder()]  # Of a car nothing is published.
     for folder in folders:
         for path in (folder / given, *(folder / f"{given}{suffix}" for suffix in ADDED_SUFFIXES)):
-            with as_read_error(path):
+            with convert_read_errors(path):
                 if path.exists() and not path.is_dir():
                     return path
     if given.is_dir():
@@ -77,9 +77,9 @@ def locate_recording(name: str, *, of_car: bool = False) -> Path:
 
 def refuse_overwriting(outputs: Sequence[Path], inputs: Sequence[Path]) -> None:
     """Refuses to write over what was read, whatever way its path is spelt."""
-    read = {key for path in inputs for key in file_keys(path)}
+    read = {key for path in inputs for key in file_identity_keys(path)}
     for output in outputs:
-        if not read.isdisjoint(file_keys(output)):
+        if not read.isdisjoint(file_identity_keys(output)):
             raise InvalidInputError(f"{output}: would overwrite what is read; name another --out")
 
 
@@ -91,10 +91,10 @@ def shares_samples(one: Recording, other: Recording) -> bool:
     common = int(np.intersect1d(first, second, assume_unique=True).size)
     if common >= MIN_SAMPLES and common > _SHARED * min(first.size, second.size):
         return True
-    return _shares_noise(one, other)
+    return _has_same_torque_noise(one, other)
 
 
-def _shares_noise(one: Recording, other: Recording) -> bool:
+def _has_same_torque_noise(one: Recording, other: Recording) -> bool:
     """Whether their torques agree better than those of two runs, each with its own noise, can."""
     period = max(float(np.median(np.diff(r.t))) for r in (one, other))
     for r in (one, other):  # Few samples tell nothing; across a long pause there is no common grid.
@@ -103,7 +103,7 @@ def _shares_noise(one: Recording, other: Recording) -> bool:
     # On the samples of the noisier one: what is interpolated loses noise.
     pairs = ((one, _torque_noise_std(one)), (other, _torque_noise_std(other)))
     (quiet, _), (noisy, noise) = sorted(pairs, key=lambda pair: pair[1])
-    shift = _shift_by_noise(noisy, quiet, period)
+    shift = _time_shift_by_noise(noisy, quiet, period)
     for step in (period / 8, period / 64):
         shifts = shift + step * np.arange(-8, 9)
         errors = [_torque_rms_difference(noisy, quiet, by) for by in shifts]
@@ -111,14 +111,14 @@ def _shares_noise(one: Recording, other: Recording) -> bool:
     return min(errors) < _COPIED_NOISE * noise
 
 
-def _known(recording: Recording) -> NDArray[np.bool_]:
+def _torque_known_mask(recording: Recording) -> NDArray[np.bool_]:
     return np.isfinite(recording.M_z)
 
 
 @lru_cache(maxsize=16)  # Each recording stands beside each other one.
 def _torque_noise_std(recording: Recording) -> float:
     """White noise of the torque [N m]: what neither its course nor a hum explains."""
-    torque = recording.M_z[_known(recording)][:_MAX_SAMPLES_OF_NOISE]
+    torque = recording.M_z[_torque_known_mask(recording)][:_MAX_SAMPLES_OF_NOISE]
     centred = torque - torque.mean()
     weights = autoregression(centred)
     rough = np.diff(torque, _ORDER) / math.sqrt(math.comb(2 * _ORDER, _ORDER))
@@ -126,11 +126,11 @@ def _torque_noise_std(recording: Recording) -> float:
     return min(float(np.median(np.abs(values))) / 0.6745 for values in (rough, innovations))
 
 
-def _shift_by_noise(one: Recording, other: Recording, period: float) -> float:
+def _time_shift_by_noise(one: Recording, other: Recording, period: float) -> float:
     """Time of `other` less that of `one` at which the noise of their torques agrees [s]."""
     rough = []
     for r in (one, other):
-        known, grid = _known(r), np.arange(r.t[0], r.t[-1], period)
+        known, grid = _torque_known_mask(r), np.arange(r.t[0], r.t[-1], period)
         rough.append(np.diff(np.interp(grid, r.t[known], r.M_z[known]), 2))
     # By NumPy: what it takes to load `scipy.signal` every command would wait for.
     size = 1 << sum(values.size for values in rough).bit_length()
@@ -142,8 +142,8 @@ def _shift_by_noise(one: Recording, other: Recording, period: float) -> float:
 
 def _torque_rms_difference(one: Recording, other: Recording, shift: float) -> float:
     """Root mean square difference of their torques [N m]; infinite where angles or spans differ."""
-    known, t = _known(other), one.t + shift
-    both = _known(one) & (t >= other.t[known][0]) & (t <= other.t[known][-1])
+    known, t = _torque_known_mask(other), one.t + shift
+    both = _torque_known_mask(one) & (t >= other.t[known][0]) & (t <= other.t[known][-1])
     spans = (float(np.ptp(r.t)) for r in (one, other))
     if both.sum() < _MIN_SAMPLES_OF_NOISE or float(np.ptp(t[both])) < _SHARED * min(spans):
         return math.inf
@@ -179,7 +179,7 @@ def unique_labels(paths: Sequence[Path]) -> list[str]:
     ]
 
 
-def grounds_by_name(names: Sequence[str], given: Sequence[str] | None) -> dict[str, str]:
+def parse_ground_by_recording(names: Sequence[str], given: Sequence[str] | None) -> dict[str, str]:
     """The grounds of texts such as "steel=fem1,fem3", by recording; "steel" alone is that of all."""
     grounds, known = dict[str, str](), set(names)
     for text in given or ():

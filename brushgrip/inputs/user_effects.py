@@ -45,10 +45,10 @@ def effect_files(modules: Sequence[str] | None, effects: Sequence[Effect]) -> li
 
 def _names(modules: Sequence[str] | None) -> list[str]:
     names = (name.strip() for entry in modules or () for name in entry.split(","))
-    return list(dict.fromkeys(_importable(name) for name in names if name))
+    return list(dict.fromkeys(_make_importable(name) for name in names if name))
 
 
-def _importable(name: str) -> str:
+def _make_importable(name: str) -> str:
     """The name of a module, of which Python now knows the folder; that of a file, if one is given."""
     file = Path(name) if name.endswith(".py") else None
     folder = str(Path.cwd() if file is None else file.parent.resolve())
@@ -58,19 +58,19 @@ def _importable(name: str) -> str:
 
 
 def _effects_of(name: str) -> tuple[Effect, ...]:
-    with _own_code(
+    with _user_errors_as_input_error(
         f"--effects {name}: cannot be imported",
         "give the name of a module that Python finds here or on its path, such as mypackage.effects",
     ):
         module = import_module(name)
     try:
-        return tuple(_tried(effect) for effect in effects_in(module))
+        return tuple(_validated_effect(effect) for effect in effects_in(module))
     except InvalidInputError as error:
         origin = getattr(module, "__file__", None) or "no file"
         raise InvalidInputError(f"--effects {name}: {error}; it was imported from {origin}") from None
 
 
-def _tried(effect: Effect) -> Effect:
+def _validated_effect(effect: Effect) -> Effect:
     """The effect, where it has a hook and a model with it can be built."""
     if all(getattr(type(effect), hook) is getattr(Effect, hook) for hook in HOOKS):
         raise InvalidInputError(
@@ -79,7 +79,7 @@ def _tried(effect: Effect) -> Effect:
         )
     model = Model(effects=(effect,))
     names = ", ".join(parameter.name for parameter in effect.parameters) or "none"
-    with _own_code(
+    with _user_errors_as_input_error(
         f"effect {effect.name!r} fails",
         f"its parameters are {names}, and hooks take expressions of CasADi: casadi.if_else, casadi.fabs,"
         " casadi.exp in place of if and math",
@@ -89,7 +89,7 @@ def _tried(effect: Effect) -> Effect:
 
 
 @contextmanager
-def _own_code(what: str, remedy: str) -> Iterator[None]:
+def _user_errors_as_input_error(what: str, remedy: str) -> Iterator[None]:
     """Runs the user's code: whatever it raises is one line, also when it exits the process."""
     try:
         yield

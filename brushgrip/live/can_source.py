@@ -58,12 +58,12 @@ class CanSource:
             for place in range(MAX_MESSAGES_AT_ONCE + 1):
                 if (frame := self._bus.recv(0 if place else WAIT)) is None:
                     break
-                self._take(frame, rows)
+                self._add_frame_to_sample(frame, rows)
         except self._lost as error:
             raise OSError(f"the bus is lost: {error}") from None
         return rows
 
-    def _take(self, frame: Any, rows: list[Row]) -> None:
+    def _add_frame_to_sample(self, frame: Any, rows: list[Row]) -> None:
         """Put the values of a frame into the present sample, and add it where it is complete."""
         wanted = self._messages.get((frame.arbitration_id, frame.is_extended_id))
         if wanted is None or frame.is_error_frame or frame.is_remote_frame:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from brushgrip.live.row_estimation import Point
+from brushgrip.live.row_estimation import EstimatedSample
 from observers import ESTIMATE
 from symbolic.float_array import Array
 
@@ -23,7 +23,7 @@ class EstimatePoints(NamedTuple):
     end: int  # Number of the next one.
     values: Array  # What is recorded, NaN up to `MAX_RECORDED_COLUMNS`, then `FIELDS`; a row a point.
 
-    def of(self, name: str) -> Array:
+    def values_of_field(self, name: str) -> Array:
         """A field, shape (n,)."""
         return self.values[:, PLACES[name]]
 
@@ -41,7 +41,7 @@ class EstimateRing:
         self._values = np.full((capacity, MAX_RECORDED_COLUMNS + len(FIELDS)), np.nan)
         self.end = 0
 
-    def append(self, points: Sequence[Point], stretch: int, done: float) -> None:
+    def append(self, points: Sequence[EstimatedSample], stretch: int, done: float) -> None:
         """Add points of one stretch."""
         for point in points:
             nothing = [np.nan] * (MAX_RECORDED_COLUMNS - len(point.recorded))

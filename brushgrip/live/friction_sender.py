@@ -65,7 +65,9 @@ class FrictionSender:
         self._send: Callable[[State], None]
         self.close: Callable[[], None]
         try:
-            self._send = {"udp": self._datagrams, "can": self._frames}[kind](destination, rest)
+            self._send = {"udp": self._datagram_sender, "can": self._can_frame_sender}[kind](
+                destination, rest
+            )
         except InvalidInputError:
             raise
         except Exception as error:  # Every interface has errors of its own.
@@ -82,7 +84,7 @@ class FrictionSender:
         self._last, self._counter = now, self._counter + 1
         self._send(state)
 
-    def _datagrams(self, destination: str, rest: str) -> Callable[[State], None]:
+    def _datagram_sender(self, destination: str, rest: str) -> Callable[[State], None]:
         address, sender = address_of(destination, rest), socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         sender.setblocking(False)
 
@@ -93,7 +95,7 @@ class FrictionSender:
         self.close = sender.close
         return send
 
-    def _frames(self, _: str, rest: str) -> Callable[[State], None]:
+    def _can_frame_sender(self, _: str, rest: str) -> Callable[[State], None]:
         can = import_module("can")
         interface, _, channel = rest.partition(":")
         bus = can.Bus(interface=interface, channel=channel)

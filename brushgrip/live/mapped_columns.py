@@ -6,7 +6,7 @@ from functools import lru_cache
 from math import inf
 
 from identification.reading.channels_by_name import map_hint, match_channel
-from identification.reading.map_for_recording import map_for_recording, unit_by_name
+from identification.reading.map_for_recording import add_unit_by_name, choose_map_for_channels
 from identification.reading.sample_table import MAX_VALUES, possible_columns
 from identification.reading.signal_map import SignalMap
 from identification.reading.units import unit_of_name
@@ -43,21 +43,21 @@ class MappedColumns:
         self._units: dict[str, str] = {}
         self._said: set[str] = set()
         # A source whose names change with every line is no reason to remember them all.
-        self._plan_of = lru_cache(maxsize=10)(self._plan)
+        self._plan_of = lru_cache(maxsize=10)(self._columns_among_names)
 
     def find(self, units: Mapping[str, str], *, by_part: bool = False) -> dict[str, tuple[str, float]]:
         """Name and factor to SI of each column, by the unit of each name; its last part may do."""
         names, found = list(units), {}
-        signals = map_for_recording(self._where, self._signals, names)
+        signals = choose_map_for_channels(self._where, self._signals, names)
         for column in possible_columns(self._needed):
             source = signals.of(column)
             name = match_channel(self._where, source.channel.split("/")[-1], names, by_part=by_part)
             if name is not None:
-                source, said = unit_by_name(column, source, units[name])
+                source, said = add_unit_by_name(column, source, units[name])
                 if said and column not in self._said:
                     self._said.add(column)
                     _LOG.warning("brushgrip: %s: %s: by the name; a map overrides it", self._where, said)
-                found[column] = (name, source.scale(column, units[name]))
+                found[column] = (name, source.factor_to_si(column, units[name]))
         alternatives = (self.angles, self.torques, *(() if "rack" in self.angles else (("F_N",),)))
         lacking = [any_of[0] for any_of in alternatives if not any(c in found for c in any_of)]
         if lacking:
@@ -73,7 +73,7 @@ class MappedColumns:
             raise InvalidInputError(f"{self._where}: no column but a time in {excerpt(names)}")
         return {column: values[name] * factor for column, (name, factor) in plan.items()}
 
-    def _plan(self, names: tuple[str, ...]) -> dict[str, tuple[str, float]]:
+    def _columns_among_names(self, names: tuple[str, ...]) -> dict[str, tuple[str, float]]:
         own = {name: unit_of_name(name) for name in names[:MAX_NAMES]}
         self._units = dict([*self._units.items(), *own.items()][:MAX_NAMES])
         try:

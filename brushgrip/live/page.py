@@ -96,7 +96,7 @@ class LiveView:
             self.button.label = "Stop recording" if self._session.recording else "Record"
         self.sent.name = str(number + 1)
 
-    def begin(self, _: Any) -> None:
+    def on_document_ready(self, _: Any) -> None:
         """The browser shows what it found when it opened the page."""
         self.sent.text = self.sent.name
 
@@ -104,22 +104,25 @@ class LiveView:
         new = self._session.ring.since(max(self._at, self._session.ring.end - 20 * SHOWN))
         self._at = new.end
         if len(new.values):
-            self.points.stream(self._columns(new), SHOWN)
+            self.points.stream(self._thinned_columns(new), SHOWN)
             usable = np.asarray(self.points.data["usable_high"], dtype=float)
             self._top.end = max(MIN_AXIS_TOP, 1.05 * float(np.nanmax(usable, initial=0.0)))
 
-    def _columns(self, new: EstimatePoints) -> dict[str, Any]:
+    def _thinned_columns(self, new: EstimatePoints) -> dict[str, Any]:
         """The last point of every `GRID`, the newest one among them."""
         last = np.diff(np.floor(new.t / GRID), append=np.inf) != 0
         new = EstimatePoints(new.end, new.values[last])
-        mu_eff, std = new.of("mu_eff"), new.of("mu_eff_std")
+        mu_eff, std = new.values_of_field("mu_eff"), new.values_of_field("mu_eff_std")
         known = np.isfinite(mu_eff)
-        mu, std = np.where(known, mu_eff, new.of("mu")), np.where(known, std, new.of("mu_std"))
-        usable = (new.of("usable") == 1) & self._session.plausible
+        mu, std = (
+            np.where(known, mu_eff, new.values_of_field("mu")),
+            np.where(known, std, new.values_of_field("mu_std")),
+        )
+        usable = (new.values_of_field("usable") == 1) & self._session.has_plausible_columns
         sign = -1.0 if "M" in self._session.estimator.columns else 1.0
         # Between stretches no line.
-        begins = np.diff(new.of("stretch"), prepend=self._stretch) != 0
-        self._stretch = float(new.of("stretch")[-1])
+        begins = np.diff(new.values_of_field("stretch"), prepend=self._stretch) != 0
+        self._stretch = float(new.values_of_field("stretch")[-1])
         low, high = np.maximum(mu - BAND_STDS * std, 0.0), mu + BAND_STDS * std
         shown = zip(("usable_mu", "usable_low", "usable_high"), (mu, low, high), strict=True)
         return {
@@ -128,9 +131,9 @@ class LiveView:
             "low": low,
             "high": high,
             **{name: np.where(usable, values, np.nan) for name, values in shown},
-            "psi": np.degrees(new.of("psi")),
-            "torque": sign * new.of("torque"),
-            "predicted": np.where(begins, np.nan, new.of("M_z_predicted")),
+            "psi": np.degrees(new.values_of_field("psi")),
+            "torque": sign * new.values_of_field("torque"),
+            "predicted": np.where(begins, np.nan, new.values_of_field("M_z_predicted")),
         }
 
     def _friction_figure(self) -> Any:
@@ -190,7 +193,7 @@ def serve_page(session: Session, host: str, port: int, opened: Callable[[str], N
         document.add_root(view.layout())
         document.add_root(view.sent)
         view.update()
-        document.on_event("document_ready", view.begin)
+        document.on_event("document_ready", view.on_document_ready)
         document.add_periodic_callback(view.update, PERIOD)
 
     page = application.Application(function.FunctionHandler(show))

@@ -21,7 +21,7 @@ Write = Callable[[Array], None]
 
 
 @contextmanager
-def _write_parquet(path: Path, names: Sequence[str]) -> Iterator[Write]:
+def _parquet_writer(path: Path, names: Sequence[str]) -> Iterator[Write]:
     arrow, parquet = import_module("pyarrow"), import_module("pyarrow.parquet")
     schema = arrow.schema([(name, arrow.float64()) for name in names])
     with parquet.ParquetWriter(path, schema) as writer:
@@ -29,7 +29,7 @@ def _write_parquet(path: Path, names: Sequence[str]) -> Iterator[Write]:
 
 
 @contextmanager
-def _write_mdf(path: Path, names: Sequence[str]) -> Iterator[Write]:
+def _mdf_writer(path: Path, names: Sequence[str]) -> Iterator[Write]:
     """A group with its clock; `t` is a channel too, as readers count the clock from the first sample."""
     asammdf = import_module("asammdf")
     units = {name: next(iter(factors)) for name, factors in UNITS.items()}
@@ -52,8 +52,8 @@ def _write_mdf(path: Path, names: Sequence[str]) -> Iterator[Write]:
 
 
 FORMATS = {
-    ".parquet": ("pyarrow", "live", _write_parquet),
-    ".mf4": ("asammdf", "mdf", _write_mdf),
+    ".parquet": ("pyarrow", "live", _parquet_writer),
+    ".mf4": ("asammdf", "mdf", _mdf_writer),
 }
 """Library, extra that installs it, and writer by the end of a file's name."""
 

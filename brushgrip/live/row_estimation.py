@@ -11,26 +11,26 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.estimation.suspicious_recordings import load_outside, seems_to_end
-from brushgrip.live.adviser import Adviser
+from brushgrip.estimation.suspicious_recordings import load_outside_model_note, torque_saturation_note
 from brushgrip.live.mapped_columns import OF_CAR, OF_WHEEL, Row
-from identification.reading.car_plausibility import rack_signals, require_plausible_car
-from identification.reading.car_recordings import require_steering
+from brushgrip.live.steering_adviser import SteeringAdviser
+from identification.reading.car_plausibility import rack_position_and_force, require_plausible_car
+from identification.reading.car_recordings import require_rack_travel_and_force
 from identification.reading.sample_table import CAR_COLUMNS, MIN_SAMPLES, Table
 from identification.reading.signal_map import ANGLES, NO_MAP, SignalMap
-from identification.reading.steering_rate import require_rate_of_angle
+from identification.reading.steering_rate import require_rate_matches_angle
 from observers import Estimate, Loop, Observer, Sample, Status
 from observers.interfaces.car_observer import HOLDING
 from observers.protocol import prior_estimate
 from symbolic import InvalidInputError, Vehicle
-from symbolic.vehicle.mean_wheel import wheel_of_rack
+from symbolic.vehicle.mean_wheel import wheel_from_rack
 from symbolic.vehicle.rack_time_derivatives import RackTimeDerivatives
 
 MAX_RATES = 2_000
 """Most samples of a rate that are held against the angle, which takes 20 ms."""
 
 
-class Point(NamedTuple):
+class EstimatedSample(NamedTuple):
     """A sample: recorded values, angle [rad], torque used [N m], and the estimate after it."""
 
     recorded: tuple[float, ...]
@@ -39,10 +39,10 @@ class Point(NamedTuple):
     estimate: Estimate
 
 
-class _Stretch:
+class _StretchEstimator:
     """Samples without a break; the first waits for its step from the second, as in `observers.run`."""
 
-    def __init__(self, observer: Observer, adviser: Adviser | None) -> None:
+    def __init__(self, observer: Observer, adviser: SteeringAdviser | None) -> None:
         self.loop, self._adviser = Loop(observer, history=1), adviser
         if adviser is not None:
             adviser.begin(observer)
@@ -52,28 +52,31 @@ class _Stretch:
 
     def __call__(
         self, recorded: tuple[float, ...], psi: float, F_N: float, torque: float, psi_dot: float = nan
-    ) -> list[Point]:
+    ) -> list[EstimatedSample]:
         """Points that are known with one more sample; its time is the first value that is recorded."""
         t, before, waiting = recorded[0], self._t, self._waiting
         self._t, sample = t, (recorded, psi, F_N, torque, psi_dot)
         if waiting is not None:
             self._waiting = None
             # As numpy.diff has it with such a sample before the first.
-            return [self._point(before - (2 * before - t), *waiting), self._point(t - before, *sample)]
+            return [
+                self._estimate_sample(before - (2 * before - t), *waiting),
+                self._estimate_sample(t - before, *sample),
+            ]
         if not isfinite(before):
             self._waiting = sample
             return []
-        return [self._point(t - before, *sample)]
+        return [self._estimate_sample(t - before, *sample)]
 
-    def _point(
+    def _estimate_sample(
         self, dt: float, recorded: tuple[float, ...], psi: float, F_N: float, torque: float, rate: float
-    ) -> Point:
+    ) -> EstimatedSample:
         M_z, M = (torque, nan) if self._channel == "M_z" else (nan, torque)
         sample = Sample(psi=psi, psi_dot=rate, F_N=F_N, dt=dt, M_z=M_z, M=M)
         estimate = self.loop(sample)
         if self._adviser is not None:
             self._adviser(sample, self.loop.state, estimate)
-        return Point(recorded, psi, torque, estimate)
+        return EstimatedSample(recorded, psi, torque, estimate)
 
 
 class RowEstimator(ABC):
@@ -84,7 +87,7 @@ class RowEstimator(ABC):
     note: str = ""  # The same in words.
     loads: tuple[float, float] | None = None  # Least and greatest behind a found model [N].
     range_is_known: bool = False  # Whether the rig says up to where the torque's sensor is straight.
-    _stretch: _Stretch | None
+    _stretch: _StretchEstimator | None
 
     @property
     def suspicions(self) -> tuple[str, ...]:
@@ -92,11 +95,11 @@ class RowEstimator(ABC):
         return () if self._stretch is None else self._stretch.loop.suspicions
 
     @abstractmethod
-    def __call__(self, row: Row) -> list[Point]:
+    def __call__(self, row: Row) -> list[EstimatedSample]:
         """The points that are known with one more row: none, one or several."""
 
     @abstractmethod
-    def implausible(self, recorded: NDArray[np.float64], /) -> str:
+    def implausibility_text(self, recorded: NDArray[np.float64], /) -> str:
         """Wrong units and signs in samples, shape (n, columns), that the observer itself cannot see."""
 
     def remarks(self, recorded: NDArray[np.float64], /) -> str:
@@ -108,8 +111,8 @@ class RowEstimator(ABC):
         if "F_N" not in self.columns or not recorded.size:
             return ""
         psi, F_N, torque = recorded.T[1:4]
-        ends = "" if self.range_is_known else seems_to_end(torque, psi, F_N)
-        return "; ".join(filter(None, (ends, load_outside(F_N, self.loads))))
+        ends = "" if self.range_is_known else torque_saturation_note(torque, psi, F_N)
+        return "; ".join(filter(None, (ends, load_outside_model_note(F_N, self.loads))))
 
     @abstractmethod
     def reset(self) -> None:
@@ -122,7 +125,7 @@ class WheelRowEstimator(RowEstimator):
     def __init__(
         self,
         observer_of: Callable[[str], Observer],
-        adviser: Adviser | None = None,
+        adviser: SteeringAdviser | None = None,
         where: str = "",
         signals: SignalMap = NO_MAP,
     ) -> None:
@@ -137,7 +140,7 @@ class WheelRowEstimator(RowEstimator):
         self._held: dict[str, float] = {}
         self._refused = ""
 
-    def implausible(self, recorded: NDArray[np.float64], /) -> str:
+    def implausibility_text(self, recorded: NDArray[np.float64], /) -> str:
         """Why the rate is none of the angle; the observer itself suspects other units and signs."""
         if "psi_dot" in self.columns and not self._refused:
             known = recorded[np.isfinite(recorded[:, [1, 4]]).all(axis=1)]
@@ -145,15 +148,15 @@ class WheelRowEstimator(RowEstimator):
                 table = _table_from_rows(self._path, self.columns, known[-MAX_RATES:])
                 table = replace(table, sources={c: self._signals.of(c) for c in ANGLES})
                 try:
-                    require_rate_of_angle(table, *(table.columns[c] for c in ANGLES))
+                    require_rate_matches_angle(table, *(table.columns[c] for c in ANGLES))
                 except InvalidInputError as error:
                     self._refused = str(error)
         return self._refused
 
-    def __call__(self, row: Row) -> list[Point]:
+    def __call__(self, row: Row) -> list[EstimatedSample]:
         """The points that are known with one more row; load and rate keep their last values."""
         if self._stretch is None:
-            self._begin(row)
+            self._choose_columns(row)
         if (stretch := self._stretch) is None:
             return []
         self._held |= {n: row[n] for n in ("F_N", "psi_dot") if isfinite(row.get(n, nan))}
@@ -161,7 +164,7 @@ class WheelRowEstimator(RowEstimator):
         rate = self._held["psi_dot"] if "psi_dot" in self.columns else nan
         return stretch(recorded, row.get("psi", nan), self._held["F_N"], recorded[3], rate)
 
-    def _begin(self, row: Row) -> None:
+    def _choose_columns(self, row: Row) -> None:
         """The columns, by the first row with an angle and a load."""
         if not (isfinite(row.get("psi", nan)) and isfinite(row.get("F_N", nan))):
             return
@@ -170,7 +173,7 @@ class WheelRowEstimator(RowEstimator):
         torque = there[0] if there else torques[0]
         rate = ("psi_dot",) if isfinite(row.get("psi_dot", nan)) else ()
         self.columns = ("t", "psi", "F_N", torque, *rate)
-        self._stretch = _Stretch(self._observer_of(torque), self._adviser)
+        self._stretch = _StretchEstimator(self._observer_of(torque), self._adviser)
 
 
 class CarStandstillEstimator(RowEstimator):
@@ -181,7 +184,7 @@ class CarStandstillEstimator(RowEstimator):
         vehicle: Vehicle,
         observers: Mapping[bool, Observer],
         where: str,
-        adviser: Adviser | None = None,
+        adviser: SteeringAdviser | None = None,
     ) -> None:
         """Begin; observers by whether the brakes hold, and the source's name for messages."""
         self._vehicle, self._observers, self._adviser = vehicle, observers, adviser
@@ -197,14 +200,14 @@ class CarStandstillEstimator(RowEstimator):
         self._waiting: list[tuple[tuple[float, ...], float, float]] = []
         self._motion = RackTimeDerivatives()
 
-    def __call__(self, row: Row) -> list[Point]:
+    def __call__(self, row: Row) -> list[EstimatedSample]:
         """The points that are known with one more row; fewer than `MIN_SAMPLES` at rest are none."""
         if not self.columns:
             if not any(isfinite(row.get(n, nan)) for n in OF_CAR[0]):
                 return []
             columns = ("t", *(n for n in CAR_COLUMNS if n in row))
             first = _table_from_rows(self._path, columns, np.array([[row[n] for n in columns]]))
-            require_steering(first, self._vehicle)
+            require_rack_travel_and_force(first, self._vehicle)
             self.columns = columns
             if "speed" not in columns:
                 self._held["speed"] = 0.0
@@ -212,19 +215,21 @@ class CarStandstillEstimator(RowEstimator):
         self._held |= {n: row[n] for n in ("speed", "brake") if isfinite(row.get(n, nan))}
         stands = abs(self._held["speed"]) <= self._vehicle.standstill
         state = self._held["brake"] > 0.5 if stands else None
-        points: list[Point] = []
+        points: list[EstimatedSample] = []
         if state is not self._state:
-            points += self._rolled()
+            points += self._repeat_last_estimate()
             self._state, self._stretch, self._motion = state, None, RackTimeDerivatives()
-        psi, M_z = self._wheel(recorded, bool(state))
+        psi, M_z = self._mean_wheel_angle_and_torque(recorded, bool(state))
         self._waiting.append((recorded, psi, M_z if stands else nan))
         if state is None:
-            return points + self._rolled()
+            return points + self._repeat_last_estimate()
         if self._stretch is None and len(self._waiting) >= MIN_SAMPLES:
-            self._stretch = _Stretch(self._observers[state], self._adviser)
-        return points if self._stretch is None else points + self._stood(self._stretch)
+            self._stretch = _StretchEstimator(self._observers[state], self._adviser)
+        return (
+            points if self._stretch is None else points + self._estimate_waiting_samples(self._stretch)
+        )
 
-    def implausible(self, recorded: NDArray[np.float64], /) -> str:
+    def implausibility_text(self, recorded: NDArray[np.float64], /) -> str:
         """Why the columns look like ones in other units or of other signs."""
         try:
             require_plausible_car(_table_from_rows(self._path, self.columns, recorded), self._vehicle)
@@ -232,16 +237,18 @@ class CarStandstillEstimator(RowEstimator):
             return str(error)
         return ""
 
-    def _wheel(self, recorded: tuple[float, ...], brakes: bool) -> tuple[float, float]:
+    def _mean_wheel_angle_and_torque(
+        self, recorded: tuple[float, ...], brakes: bool
+    ) -> tuple[float, float]:
         """Angle [rad] and torque [N m] of the mean wheel."""
         columns = {name: np.array([v]) for name, v in zip(self.columns, recorded, strict=True)}
-        s, force = rack_signals(columns, self._vehicle)
+        s, force = rack_position_and_force(columns, self._vehicle)
         moved = self._motion(recorded[0], float(s[0]), float(np.ravel(force)[0]))
-        psi, M_z = wheel_of_rack(self._vehicle, *moved, brakes=brakes)
+        psi, M_z = wheel_from_rack(self._vehicle, *moved, brakes=brakes)
         return float(psi), float(M_z)
 
-    def _stood(self, stretch: _Stretch) -> list[Point]:
-        points: list[Point] = []
+    def _estimate_waiting_samples(self, stretch: _StretchEstimator) -> list[EstimatedSample]:
+        points: list[EstimatedSample] = []
         for recorded, psi, M_z in self._waiting:
             points += stretch(recorded, psi, self._vehicle.wheel_load, M_z)
         self._waiting = []
@@ -250,10 +257,10 @@ class CarStandstillEstimator(RowEstimator):
             self._last = replace(self._last, **of_last)
         return points
 
-    def _rolled(self) -> list[Point]:
+    def _repeat_last_estimate(self) -> list[EstimatedSample]:
         """Samples held back, with the last estimate repeated: the car rolls, or stood too shortly."""
         held = replace(self._last, M_z_predicted=nan, nis=nan, informed=False)
-        points = [Point(recorded, psi, nan, held) for recorded, psi, _ in self._waiting]
+        points = [EstimatedSample(recorded, psi, nan, held) for recorded, psi, _ in self._waiting]
         self._waiting = []
         return points
 

@@ -12,13 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.live.adviser import STOP, Adviser
 from brushgrip.live.estimate_ring import EstimatePoints, EstimateRing
 from brushgrip.live.mapped_columns import Row, columns_out_of_range
 from brushgrip.live.recorder import Recorder
-from brushgrip.live.row_estimation import Point, RowEstimator
-from brushgrip.live.session_state_in_words import LastUsable, State, without_turning
+from brushgrip.live.row_estimation import EstimatedSample, RowEstimator
+from brushgrip.live.session_state_in_words import LastUsableFriction, State, remedy_without_turning
 from brushgrip.live.sources import WAIT, Source
+from brushgrip.live.steering_adviser import STOP, SteeringAdviser
 from brushgrip.live.timestamp_filter import TimestampFilter, clock_time
 from observers import ESTIMATE, Estimate, Status
 from observers.quality.usable_stretches import HOLD
@@ -49,7 +49,7 @@ class Session:
         estimator: RowEstimator,
         *,
         record: Path | None = None,
-        adviser: Adviser | None = None,
+        adviser: SteeringAdviser | None = None,
         listeners: tuple[Callable[[State], None], ...] = (),
     ) -> None:
         """Prepare; nothing runs before `start`.
@@ -70,7 +70,7 @@ class Session:
         self._t, self._fault, self._implausible, self._ended = nan, "", "", False
         self._remarks, self._crash, self._is_interrupted = "", "", False
         self._newest: Estimate | None = None
-        self._measured, self._last_usable, self._estimating = -np.inf, LastUsable(), False
+        self._measured, self._last_usable, self._estimating = -np.inf, LastUsableFriction(), False
 
     def start(self) -> None:
         """Open the source and run."""
@@ -78,12 +78,12 @@ class Session:
             source = self._open()
         except OSError as error:
             raise InvalidInputError(f"the source cannot be opened: {error}") from None
-        for name, target in (("read", lambda: self._read(source)), ("estimate", self._work)):
+        for name, target in (("read", lambda: self._read(source)), ("estimate", self._estimate_queued)):
             self._threads.append(threading.Thread(target=target, name=f"live-{name}", daemon=True))
             self._threads[-1].start()
 
     @property
-    def begun(self) -> bool:
+    def has_begun(self) -> bool:
         """Whether it was started."""
         return bool(self._threads)
 
@@ -94,7 +94,7 @@ class Session:
             thread.join()
 
     @property
-    def plausible(self) -> bool:
+    def has_plausible_columns(self) -> bool:
         """Whether the columns are in the units and of the signs that they are taken for."""
         return not self._implausible
 
@@ -103,15 +103,15 @@ class Session:
         estimate, age = self._newest, clock_time() - self._came
         recorder, ended = self._recorder, self._is_over
         # Nobody turns any more, or no turning makes friction known.
-        idle = ended or age >= HOLD or not self.plausible
+        idle = ended or age >= HOLD or not self.has_plausible_columns
         idle |= estimate is not None and Status.INCONSISTENT in estimate.status
         advice = self._adviser.text if self._adviser and not idle else ""
         counts = {**self._counts, "late": self._clock.late, "wrong time": self._clock.wrong}
         return State(
             t=self._t,
             estimate=estimate,
-            usable=bool(estimate and estimate.usable and age < HOLD and self.plausible),
-            status=self._words(estimate, age, stops=STOP in advice),
+            usable=bool(estimate and estimate.usable and age < HOLD and self.has_plausible_columns),
+            status=self._state_text(estimate, age, stops=STOP in advice),
             advice=advice,
             counts={name: number for name, number in counts.items() if number},
             recording=f"{recorder.path}, {recorder.samples} samples" if recorder else "",
@@ -125,7 +125,7 @@ class Session:
         """Whether nothing is estimated any more."""
         return self._ended and (self._is_interrupted or not self._waiting)
 
-    def _words(self, estimate: Estimate | None, age: float, *, stops: bool) -> str:
+    def _state_text(self, estimate: Estimate | None, age: float, *, stops: bool) -> str:
         parts = [self._crash or self._fault, self._implausible]
         if self._is_over:
             why = "stopped" if self._is_interrupted else "the source has ended"
@@ -136,7 +136,7 @@ class Session:
             old = f"{age:.1f} s behind the source" if self._waiting else f"no sample for {age:.0f} s"
             parts.append(old if estimate else none)
         elif estimate is not None:
-            remedy = without_turning(estimate.remedy) if stops else estimate.remedy
+            remedy = remedy_without_turning(estimate.remedy) if stops else estimate.remedy
             parts += [remedy, *self.estimator.suspicions]
         return "; ".join(filter(None, parts))
 
@@ -145,7 +145,7 @@ class Session:
         while not self._stop.is_set():
             try:
                 with closing(source):
-                    self._hand_on(source)
+                    self._queue_rows(source)
                 return
             except EOFError:
                 self._ended = True
@@ -161,7 +161,7 @@ class Session:
                 self._fault = ""
                 break
 
-    def _hand_on(self, source: Source) -> None:
+    def _queue_rows(self, source: Source) -> None:
         refused = 0
         while not self._stop.is_set():
             rows = source.read()
@@ -179,7 +179,7 @@ class Session:
             if rows:
                 self._arrived.set()
 
-    def _work(self) -> None:
+    def _estimate_queued(self) -> None:
         """Estimate what has come, in small batches."""
         try:
             while not self._stop.is_set() or self._waiting:
@@ -187,9 +187,9 @@ class Session:
                     self._arrived.wait(WAIT)
                     self._arrived.clear()
                 for _ in range(min(AT_ONCE, len(self._waiting))):
-                    self._take(*self._waiting.popleft())
-                self._follow_wish()
-                self._look_back()
+                    self._estimate_row(*self._waiting.popleft())
+                self._start_or_stop_recording()
+                self._check_plausibility()
                 for listener in self._listeners:
                     listener(self.state())
         except Exception as error:
@@ -202,7 +202,7 @@ class Session:
             for listener in self._listeners:
                 listener(replace(self.state(), usable=False, ended=True))
 
-    def _take(self, came: float, row: Row) -> None:
+    def _estimate_row(self, came: float, row: Row) -> None:
         self._counts["samples"] += 1
         for timed in self._clock(row):
             if timed.begins:
@@ -224,28 +224,28 @@ class Session:
         self._stretch, self._measured = self._stretch + 1, -np.inf
         self.estimator.reset()
 
-    def _store(self, points: list[Point], came: float) -> None:
+    def _store(self, points: list[EstimatedSample], came: float) -> None:
         begin, self._done, self._came = self.ring.end, time.monotonic(), came
         self.ring.append(points, self._stretch, self._done)
         for point in points:
-            self._see(point)
+            self._count_sample(point)
         if self._recorder is not None:
             self._write(self._recorder, self.ring.since(begin))
 
-    def _see(self, point: Point) -> None:
+    def _count_sample(self, point: EstimatedSample) -> None:
         """Count a sample; the newest one counts, where torques come more slowly that with the last."""
         t, estimate = point.recorded[0], point.estimate
         self._counts["without a torque"] += bool(estimate.status & Status.MISSING)
         usable = estimate.usable and not self._implausible
         self._counts["usable"] += usable
-        self._last_usable.see(t, point.psi, estimate, usable=usable)
+        self._last_usable.add_sample(t, point.psi, estimate, usable=usable)
         if estimate.status != Status.MISSING:
             self._measured = t
         elif t - self._measured < HOLD:
             return
         self._newest, self._t = estimate, t
 
-    def _look_back(self) -> None:
+    def _check_plausibility(self) -> None:
         """Now and then, see whether the columns are what they are taken for."""
         due = self._done >= self._looked + LOOKS or (self._ended and not self._waiting)
         if not due or self._done <= self._looked:
@@ -253,12 +253,12 @@ class Session:
         self._looked = self._done
         points = self.ring.since(self.ring.end - MAX_QUEUED_SAMPLES, self._stretch)
         recorded = points.values[:, : len(self.estimator.columns)]
-        self._implausible = self.estimator.implausible(recorded)
+        self._implausible = self.estimator.implausibility_text(recorded)
         self._remarks = self.estimator.remarks(recorded)
-        if not self.plausible:
-            self._counts["usable"], self._last_usable = 0, LastUsable()
+        if not self.has_plausible_columns:
+            self._counts["usable"], self._last_usable = 0, LastUsableFriction()
 
-    def _follow_wish(self) -> None:
+    def _start_or_stop_recording(self) -> None:
         """Begin or end a recording where that is wanted."""
         if not self.recording:
             self._end_recording()

@@ -10,16 +10,16 @@ from brushgrip.estimation.observe_recording import ObserverFactory
 from brushgrip.estimation.suspicious_recordings import weaker_direction_share_and_note
 from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.recording_files import locate_recording
-from brushgrip.live.adviser import Adviser
 from brushgrip.live.can_source import CanSource
 from brushgrip.live.mapped_columns import MappedColumns
 from brushgrip.live.row_estimation import CarStandstillEstimator, RowEstimator, WheelRowEstimator
 from brushgrip.live.session_state_in_words import address_of
 from brushgrip.live.sources import LineSource, ReplaySource, Source, UdpSource
-from brushgrip.outputs.console import say
+from brushgrip.live.steering_adviser import SteeringAdviser
+from brushgrip.outputs.console import print_line
 from identification import READERS, Recording, Standstills, read_rig, read_vehicle
 from identification.reading.readers import read_table
-from identification.reading.rigfile import rig_of_table
+from identification.reading.rigfile import rig_overridden_by_table
 from identification.reading.sample_table import Table, required_columns
 from symbolic import InvalidInputError, Rig, Tyre, rig_of
 
@@ -31,7 +31,7 @@ def source_and_estimator(
     *,
     speed: float = 1.0,
     ground: str | None = None,
-    adviser: Adviser | None = None,
+    adviser: SteeringAdviser | None = None,
 ) -> tuple[Callable[[], Source], RowEstimator]:
     """What opens a source, and what makes the estimates of its samples that `estimate` would make."""
     if not 0 < speed < np.inf:
@@ -43,7 +43,7 @@ def source_and_estimator(
         located = locate_recording(where, of_car=inputs.vehicle is not None)
         table = read_table(located, needed, READERS, inputs.signals)
     open_source = source_opener(spec, columns, inputs.signals.dbc, table, speed)
-    found = inputs.found()
+    found = inputs.read_found_model()
     if inputs.vehicle is not None:
         vehicle, observers = read_vehicle(inputs.vehicle), {}
         for held in (True, False):
@@ -53,14 +53,14 @@ def source_and_estimator(
         return open_source, CarStandstillEstimator(vehicle, observers, where, adviser)
     nominal = None if inputs.rig is None else read_rig(inputs.rig)
     if table is not None:
-        nominal, ground = rig_of_table(table, nominal), ground or table.ground
+        nominal, ground = rig_overridden_by_table(table, nominal), ground or table.ground
     if nominal is None:
         raise InvalidInputError(f"{where}: needs the rig, --rig rig.toml, or --vehicle car.toml")
     rig, tyre = nominal
     if found is not None:
-        found.with_known_stiffness(rig, tyre.k, ground)
-        if taken := found.ground_taken(ground):
-            say(taken)
+        found.rig_with_stiffness_tolerance(rig, tyre.k, ground)
+        if taken := found.ground_used_text(ground):
+            print_line(taken)
     estimator = WheelRowEstimator(
         lambda torque: factory(_stub(rig, tyre, torque, ground), found), adviser, where, inputs.signals
     )

@@ -42,7 +42,7 @@ def usability_of(state: State) -> str:
     return "usable" if state.usable else "not usable"
 
 
-def without_turning(remedy: str) -> str:
+def remedy_without_turning(remedy: str) -> str:
     """Causes and remedies of an estimate without a remedy by turning, of which the cause stays."""
     return re.sub(": turn [^;]*", "", remedy)
 
@@ -67,13 +67,13 @@ def address_of(spec: str, rest: str) -> tuple[str, int]:
     return host or "127.0.0.1", int(port)
 
 
-class LastUsable:
+class LastUsableFriction:
     """The last usable friction of a source, unless what follows contradicts it, as for `estimate`."""
 
     told = "friction was never usable"
     _psi, _known, _after = nan, 0.0, 0.0
 
-    def see(self, t: float, psi: float, estimate: Estimate, *, usable: bool) -> None:
+    def add_sample(self, t: float, psi: float, estimate: Estimate, *, usable: bool) -> None:
         """One more sample: its time [s], its angle [rad], NaN where missing, and what it tells."""
         turn = abs(psi - self._psi) if isfinite(psi - self._psi) else 0.0
         self._psi = psi if isfinite(psi) else self._psi

@@ -42,7 +42,7 @@ class LineParser:
             raise ValueError(f"a line of {len(line)} letters; allowed: up to {MAX_LINE_LENGTH}")
         if not line or line.startswith("#"):
             return None
-        return _object_of(line) if line.startswith("{") else self._row(line)
+        return _parse_json_line(line) if line.startswith("{") else self._row(line)
 
     def _row(self, line: str) -> dict[str, float] | None:
         delimiter = self._delimiter if self._names else delimiter_of(line)
@@ -76,7 +76,7 @@ def _are_units(fields: Sequence[str]) -> bool:
     return bool(units) and {f.strip("[]()") for f in fields if f not in units} <= {"", "-"}
 
 
-def _object_of(line: str) -> dict[str, float]:
+def _parse_json_line(line: str) -> dict[str, float]:
     try:
         values = json.loads(line)
         return {

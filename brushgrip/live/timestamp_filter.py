@@ -47,25 +47,25 @@ class TimestampFilter:
             self.wrong += 1
             return []
         if self._last is None:
-            return [self._begin(row)]
+            return [self._first_row_of_stretch(row)]
         if MIN_TIME_STEP <= t - self._last <= GAP:
             self.wrong += self._jumped is not None
             self._jumped = None
-            return [self._next(row)]
+            return [self._next_row_of_stretch(row)]
         if -LATE < t - self._last < MIN_TIME_STEP:
             self.late += 1
             return []
         jumped, self._jumped = self._jumped, row
         if jumped is not None and MIN_TIME_STEP <= t - jumped["t"] <= GAP:
             self._jumped = None
-            return [self._begin(jumped), self._next(row)]
+            return [self._first_row_of_stretch(jumped), self._next_row_of_stretch(row)]
         self.wrong += jumped is not None
         return []
 
-    def _begin(self, row: Row) -> TimedRow:
+    def _first_row_of_stretch(self, row: Row) -> TimedRow:
         self._origin = row["t"] if abs(row["t"]) > MAX_START_TIME else 0.0
-        return TimedRow(self._next(row).row, True)
+        return TimedRow(self._next_row_of_stretch(row).row, True)
 
-    def _next(self, row: Row) -> TimedRow:
+    def _next_row_of_stretch(self, row: Row) -> TimedRow:
         self._last = row["t"]
         return TimedRow({**row, "t": row["t"] - self._origin}, False)

@@ -27,7 +27,7 @@ def staged_file(final: str | Path) -> Iterator[Path]:
     with ExitStack() as stack:
         with as_input_error(final):
             target = final.resolve()
-            stage = stack.enter_context(temporary_folder(_nearest(target))) / target.name
+            stage = stack.enter_context(temporary_folder(_existing_folder(target))) / target.name
             stage.touch()
         yield stage
         with as_input_error(final):
@@ -54,7 +54,7 @@ def staged_directory(final: str | Path) -> Iterator[Path]:
             target = final.resolve()
             if target.exists() and not target.is_dir():
                 raise InvalidInputError(f"{final}: is not a folder")
-            stage = stack.enter_context(temporary_folder(_nearest(target / "stage"))) / "stage"
+            stage = stack.enter_context(temporary_folder(_existing_folder(target / "stage"))) / "stage"
             stage.mkdir()
         yield stage
         with as_input_error(final):
@@ -77,7 +77,7 @@ def check_png_name(picture: Path) -> None:
         raise InvalidInputError(f"{picture}: the picture needs a name that ends in .png")
 
 
-def with_picture(out: Path | None) -> list[Path]:
+def table_and_picture(out: Path | None) -> list[Path]:
     """A table or result, and its picture of the same name with .png; nothing where there is no table.
 
     Raises:
@@ -91,11 +91,11 @@ def with_picture(out: Path | None) -> list[Path]:
 
 
 def is_same_file(one: Path, other: Path) -> bool:
-    """Whether what is written to one path would replace the file at the other, see `file_keys`."""
-    return not file_keys(one).isdisjoint(file_keys(other))
+    """Whether what is written to one path would replace the file at the other."""
+    return not file_identity_keys(one).isdisjoint(file_identity_keys(other))
 
 
-def file_keys(path: Path) -> set[object]:
+def file_identity_keys(path: Path) -> set[object]:
     """Identity of a file, also behind folders that are not there yet; two that share a key are one."""
     # Takes loops of links, as resolve does not.
     real = os.path.realpath(path)
@@ -106,7 +106,7 @@ def file_keys(path: Path) -> set[object]:
     return {real, (found.st_dev, found.st_ino)}
 
 
-def _nearest(target: Path) -> Path:
+def _existing_folder(target: Path) -> Path:
     """The nearest folder that exists: renaming from there is atomic."""
     return next(parent for parent in target.parents if parent.exists())
 

@@ -23,7 +23,7 @@ Progress = Callable[[str, int, int], None]
 _SECONDS_BETWEEN_LINES = 10.0
 
 
-def say(text: str) -> None:
+def print_line(text: str) -> None:
     """One line on standard output, not wrapped, so that a path stays whole."""
     if SPEECH.get() is Verbosity.PLAIN:
         Console(highlight=False, markup=False, soft_wrap=True).print(printable(text))
@@ -121,16 +121,16 @@ def _plain_lines(screen: Console) -> Progress:
             return
         last = now
         # Its last parts may be its longest: nothing is said of less than the next line's time.
-        line = f"{message}: {done} of {total}, {_spoken_time(now - begun)} so far"
+        line = f"{message}: {done} of {total}, {_duration_text(now - begun)} so far"
         left = (now - step_begun) / max(done - done_before, 1) * (total - done)
         if done > done_before and left >= _SECONDS_BETWEEN_LINES:
-            line += f", about {_spoken_time(left)} left in this step"
+            line += f", about {_duration_text(left)} left in this step"
         screen.print(line)
 
     return report
 
 
-def _spoken_time(seconds: float) -> str:
+def _duration_text(seconds: float) -> str:
     minutes, seconds = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     if hours:

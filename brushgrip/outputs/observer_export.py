@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
-from brushgrip.outputs.console import say
+from brushgrip.outputs.console import print_line
 from observers import FunctionObserver
 from observers.embedded import (
     DOUBLE,
@@ -18,7 +18,7 @@ from observers.embedded import (
     require_replaceable,
 )
 from observers.estimators.model_observer import ModelObserver
-from observers.interfaces.factory import read_rig_file
+from observers.interfaces.observer_from_files import read_rig_file
 from symbolic import InvalidInputError
 
 TYPES: Mapping[str, Real] = {"float": SINGLE, "double": DOUBLE}
@@ -50,7 +50,7 @@ WRITERS: Mapping[str, Callable[..., list[Path]]] = {
 """Writer of the files of each target."""
 
 
-def state_bytes(files: Sequence[Path], name: str) -> int | None:
+def state_size_from_header(files: Sequence[Path], name: str) -> int | None:
     """The size of a state that the header among generated files tells; None without a header."""
     for path in files:
         if path.name == f"{name}.h":
@@ -87,4 +87,4 @@ def remove_stale_description(description: Path, written: Sequence[Path]) -> None
     if description.is_file() and description.resolve() not in written:
         require_replaceable([description])
         description.unlink()
-        say(f"removed {description.name} of an earlier generation")
+        print_line(f"removed {description.name} of an earlier generation")

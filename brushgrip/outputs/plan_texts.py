@@ -7,10 +7,10 @@ import numpy as np
 from brushgrip.wording.formatting import csv_text
 from identification import SignalSource
 from observers import Plan
-from observers.planning.forecast import percent_beside
+from observers.planning.forecast import percent_text_beside_target
 from symbolic import Vehicle
 from symbolic.float_array import Array
-from symbolic.vehicle.steering import mean_angle, pinion_of_rack
+from symbolic.vehicle.steering import mean_wheel_angle, pinion_angle_from_rack
 
 
 def plan_csv(plan: Plan, vehicle: Vehicle | None, F_N: float) -> str:
@@ -29,19 +29,19 @@ def plan_csv(plan: Plan, vehicle: Vehicle | None, F_N: float) -> str:
 def handwheel_angle(psi: Array, car: Vehicle) -> Array:
     """The angle of the handwheel [rad] at which the wheels of a car have an angle [rad]."""
     ways = np.linspace(-car.rack_travel, car.rack_travel, 2001)
-    return pinion_of_rack(car, np.interp(psi, mean_angle(car, ways), ways))
+    return pinion_angle_from_rack(car, np.interp(psi, mean_wheel_angle(car, ways), ways))
 
 
 def turning_instruction(plan: Plan, vehicle: Vehicle | None, angle_source: SignalSource) -> str:
     """Where the wheel, and what is read or held in its place, turns back, and how fast it may turn."""
-    turns = ", ".join(f"{turn:.3f}" for turn in plan.turns)
+    turns = ", ".join(f"{turn:.3f}" for turn in plan.turning_points)
     turned = f"{turns} rad at {plan.path.rate:.3f} rad/s at most"
     channel, unit = f"channel {angle_source.channel}", angle_source.unit or "rad"
     if vehicle is not None:
         channel, unit = "the handwheel", "degrees"
-        angles = np.degrees(handwheel_angle(plan.turns, vehicle))
-    elif (scale := angle_source.scale("psi", "rad")) != 1:
-        angles = plan.turns / scale
+        angles = np.degrees(handwheel_angle(plan.turning_points, vehicle))
+    elif (scale := angle_source.factor_to_si("psi", "rad")) != 1:
+        angles = plan.turning_points / scale
     else:
         return f"turn to {turned}"
     places = ", ".join(f"{at:.0f}" if unit[:3] == "deg" else f"{at:.3f}" for at in angles)
@@ -56,7 +56,7 @@ def rows_by_ground(plan: Plan, vehicle: Vehicle | None) -> list[list[str]]:
         deviation, is_missed = row["deviation"], row["travel"] is None
         told = "–" if deviation is None else f"{deviation:.1%}"
         if is_missed and deviation is not None:
-            told = percent_beside(deviation, plan.target)
+            told = percent_text_beside_target(deviation, plan.target)
         table.append([f"{row['mu']:g}", *reached, told])
     return table
 
@@ -73,10 +73,10 @@ def plan_document(plan: Plan, vehicle: Vehicle | None = None) -> dict[str, Any]:
     for mu, at, forecast in zip(plan.mus, plan.reached, plan.forecasts, strict=True):
         reached = None if at is None else (travel[at], path.t[at], angle[: at + 1].max())
         ground = dict(zip(_REACHED, reached or (None,) * 3, strict=True))
-        shown = forecast.best() if at is None else at
+        shown = forecast.least_deviation_index() if at is None else at
         deviation = None if shown is None else float(forecast.deviation[shown])
         grounds.append({"mu": mu, **ground, "deviation": deviation})
     return {
-        "target": plan.target, "turns": plan.turns.tolist(), "rate": path.rate, "grounds": grounds,
-        "unreached": list(plan.reasons),
+        "target": plan.target, "turns": plan.turning_points.tolist(), "rate": path.rate,
+        "grounds": grounds, "unreached": list(plan.reasons),
     }  # fmt: skip

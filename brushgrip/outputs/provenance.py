@@ -45,10 +45,10 @@ def provenance_of(
         "brushgrip": version(),
         "time_utc": datetime.now(UTC).isoformat(timespec="seconds"),
         "command": ["brushgrip", *map(printable, COMMAND_LINE.get())],
-        "inputs": [_file(path) for path in inputs],
-        "rig": None if rig is None else _file(rig) | {"content": rig.read_text("utf-8-sig")},
+        "inputs": [_file_provenance(path) for path in inputs],
+        "rig": None if rig is None else _file_provenance(rig) | {"content": rig.read_text("utf-8-sig")},
         "signals": dict(signals or {}),
-        "model": None if model is None else _file(model),
+        "model": None if model is None else _file_provenance(model),
         "settings": settings,
     }
 
@@ -87,7 +87,7 @@ def require_same_run(document: Path, provenance: Provenance, *, force: bool) -> 
     return tuple(n for n in plain_names if Path(n).name == n and n not in ("", "..") and n.isprintable())
 
 
-def files_behind_model(model: Path, files: Mapping[str, Path]) -> set[str]:
+def labels_model_was_found_from(model: Path, files: Mapping[str, Path]) -> set[str]:
     """Labels of the files that a model was found from, by name and content; none if it tells none."""
     try:
         told = json.loads(model.read_bytes())[KEY]["inputs"]
@@ -124,7 +124,7 @@ def remove_earlier(folder: Path, names: Sequence[str], kept: Sequence[str]) -> N
 
 def origin_comment(rig: Path, model: Path | None) -> str:
     """A comment in C that says what code was made from; it has no date, so that code stays the same."""
-    files = [_file(path) for path in (rig, model) if path is not None]
+    files = [_file_provenance(path) for path in (rig, model) if path is not None]
     lines = [f"   {file['name']}: SHA-256 {file['sha256']}" for file in files]
     return "\n".join(["/* Made by brushgrip from", *lines, "*/", ""])
 
@@ -136,6 +136,6 @@ def markdown_comment(provenance: Provenance) -> str:
     return f"\n<!--\n{told.replace('>', chr(92) + 'u003e')}\n-->\n"
 
 
-def _file(path: Path) -> dict[str, Any]:
+def _file_provenance(path: Path) -> dict[str, Any]:
     require_readable(path)
     return {"name": printable(path.name), "sha256": digest_of(path), "bytes": path.stat().st_size}

@@ -14,7 +14,7 @@ from symbolic import InvalidInputError, Rig, Tyre
 from symbolic.parameters import EVEN
 from symbolic.tables.toml_and_json_parsing import MAX_TABLES_SIZE, parse_toml
 from symbolic.tables.vehicle_from_tables import VEHICLE
-from symbolic.vehicle.steering import inclination_of_return
+from symbolic.vehicle.steering import inclination_for_return_torque
 from symbolic.vehicle.vehicle import STD_PER_TOLERANCE, Vehicle
 
 Changes = Mapping[str, float | tuple[float, float]]
@@ -33,7 +33,7 @@ def plate_changes(vehicle: Vehicle, result: PlatesResult) -> Changes:
     friction, damping, zero = result.gear_friction, result.damping, result.zero
     changes: dict[str, float | tuple[float, float]] = {
         "gear_friction": _with_tolerance(friction, GEAR_FRICTION_VARIATION),
-        "inclination": inclination_of_return(vehicle, result.return_torque.value),
+        "inclination": inclination_for_return_torque(vehicle, result.return_torque.value),
     }
     # A drag that is not told from none may be as large as its deviation.
     std = damping.std or 0.0
@@ -66,7 +66,7 @@ def tyre_changes(vehicle: Vehicle, result: TyresResult) -> Changes:
     length = {"half_length": (_rounded(vehicle.a), _rounded(share * vehicle.a))}
     return {
         "front_axle_load": (load, _rounded(LOAD_CHANGE * load)),
-        **(length if vehicle.half_length and vehicle.load_change else {}),
+        **(length if vehicle.half_length and vehicle.relative_load_change else {}),
         **tyres,
         "slide_load": load,
     }

@@ -32,16 +32,16 @@ for _name in ("readers", "recordings"):
     logging.getLogger(f"identification.reading.{_name}").addFilter(is_first_remark)
 
 
-def spell_unencodable() -> None:
+def replace_unencodable_characters() -> None:
     """Have standard output and error spell the signs that their encoding lacks, instead of failing."""
-    codecs.register_error("brushgrip", _spelt)
+    codecs.register_error("brushgrip", _replace_unencodable)
     for stream in (sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None and not (stream.encoding or "").lower().startswith("utf"):
             reconfigure(errors="brushgrip")
 
 
-def _spelt(error: UnicodeError) -> tuple[str, int]:
+def _replace_unencodable(error: UnicodeError) -> tuple[str, int]:
     if not isinstance(error, UnicodeEncodeError):
         raise error
     spelt = ""

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from brushgrip.comparison.error_and_calculation_time import AUTHOR, CaseScores
-from brushgrip.comparison.tables import figures_of_method
-from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, picture
+from brushgrip.comparison.tables import metrics_by_case
+from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, figure_saved_as_png, legend_above
 from identification.loop_plot import matplotlib_text
 
 _COLOURS = (*TRACKS, MEASURED, "#c9a500", "#79b4e0")
@@ -23,14 +23,14 @@ def draw_method_comparison(path: Path, compared: Sequence[CaseScores], methods: 
     """Draw distribution, error and calculation time of each method, as in [Györök 2022], figure 5.10."""
     own = cycle(_COLOURS)
     colours = {name: QUIET if name == AUTHOR else next(own) for name in methods}
-    with picture(path, 7.0) as figure:
+    with figure_saved_as_png(path, 7.0) as figure:
         grid = figure.add_gridspec(2, 2, height_ratios=[3.4, 2.6])
         _estimates(figure.add_subplot(grid[0, :]), compared, colours)
         error, time = (figure.add_subplot(grid[1, column]) for column in range(2))
-        _over_recordings(error, compared, colours, "rmse")
+        _draw_metric_boxes(error, compared, colours, "rmse")
         error.set_ylabel("RMSE of μ [1]")
         error.set_ylim(bottom=0)
-        _over_recordings(time, compared, colours, "theta")
+        _draw_metric_boxes(time, compared, colours, "theta")
         time.set(yscale="log", ylabel="calculation time /\nmeasurement time ϑ [1]")
         key: list[Artist] = [Patch(color=colour, label=name) for name, colour in colours.items()]
         dashes = error.plot([], [], color=MEASURED, lw=1.2, ls="--", label="declared μ")
@@ -56,12 +56,12 @@ def _estimates(axes: Axes, compared: Sequence[CaseScores], colours: dict[str, st
     axes.set_title(f"Estimate over time: median, quartiles, least and greatest{beyond}")
 
 
-def _over_recordings(
+def _draw_metric_boxes(
     axes: Axes, compared: Sequence[CaseScores], colours: dict[str, str], quantity: str
 ) -> None:
     """One box per method over the recordings; where there is one recording, its value."""
     for place, (name, colour) in enumerate(colours.items()):
-        values = figures_of_method(compared, name, quantity)
+        values = metrics_by_case(compared, name, quantity)
         known = np.array([value for value in values if value is not None])
         if known.size:
             _box(axes, known, place, _BOXES_WIDTH, colour)

@@ -17,8 +17,8 @@ from brushgrip.pictures.style import (
     BEFORE,
     MEASURED,
     QUIET,
+    figure_saved_as_png,
     legend_above,
-    picture,
     representative_first,
     set_title,
 )
@@ -53,7 +53,7 @@ def draw_loops(path: Path, diagnosis: Diagnosis) -> None:
     first, *others = representative_first(diagnosis)
     rows = ceil(len(others) / _MAX_COLUMNS)
     columns = max(2, ceil(len(others) / rows)) if rows else 1
-    with picture(path, 4.8 + 2.2 * rows) as figure:
+    with figure_saved_as_png(path, 4.8 + 2.2 * rows) as figure:
         grid = figure.add_gridspec(rows + 1, columns, height_ratios=[4.4] + [2.2] * rows)
         large = figure.add_subplot(grid[0, :])
         artists = _loop(large, first, diagnosis)
@@ -89,7 +89,7 @@ def _loop(axes: Axes, series: Series, diagnosis: Diagnosis, width: float = 1.2) 
 def draw_residuals(path: Path, diagnosis: Diagnosis) -> None:
     """Draw simulated minus recorded torque of `MAX_RECORDINGS` at most, before and after."""
     shown = representative_first(diagnosis)[:MAX_RECORDINGS]
-    with picture(path, 0.9 + 1.9 * len(shown)) as figure:
+    with figure_saved_as_png(path, 0.9 + 1.9 * len(shown)) as figure:
         grid = figure.add_gridspec(len(shown), 2, width_ratios=[2, 1])
         for row, series in enumerate(shown):
             over_time = figure.add_subplot(grid[row, 0])
@@ -115,10 +115,10 @@ def _residual(over_time: Axes, over_angle: Axes, series: Series) -> list[Artist]
     return artists
 
 
-def draw_signatures(path: Path, before: Signatures, after: Signatures) -> None:
+def draw_residual_correlations(path: Path, before: Signatures, after: Signatures) -> None:
     """Draw the autocorrelation and the correlation with each signal, with 99 % bands."""
     stages: list[Stage] = [(before, *_STAGES[0]), (after, *_STAGES[1])]
-    with picture(path, 1.2 + 0.34 * len(before.signatures)) as figure:
+    with figure_saved_as_png(path, 1.2 + 0.34 * len(before.signatures)) as figure:
         autocorrelation, correlations = figure.subplots(1, 2, width_ratios=[2, 3])
         _autocorrelation(autocorrelation, stages)
         _correlations(correlations, stages)
@@ -160,7 +160,7 @@ def _correlations(axes: Axes, stages: Sequence[Stage]) -> None:
 def draw_candidates(path: Path, diagnosis: Diagnosis) -> None:
     """Draw the error of each candidate as a bar, best on top, with error and ΔBIC as figures."""
     candidates = diagnosis.candidates
-    with picture(path, 1.3 + 0.26 * max(1, len(candidates))) as figure:
+    with figure_saved_as_png(path, 1.3 + 0.26 * max(1, len(candidates))) as figure:
         axes = figure.add_subplot()
         errors = [100 * candidate.holdout_nrmse for candidate in candidates]
         colours = [_colour(diagnosis, candidate) for candidate in candidates]
@@ -170,12 +170,12 @@ def draw_candidates(path: Path, diagnosis: Diagnosis) -> None:
         axes.grid(visible=False, axis="y")
         share = diagnosis.before.summary()["holdout_torque_nrmse"]
         baseline = None if share is None else 100 * share
-        _limit(axes, errors, baseline)
-        _figures(axes, candidates)
-        _remarks(axes, diagnosis)
+        _limit_error_axis(axes, errors, baseline)
+        _write_error_and_bic(axes, candidates)
+        _write_reasons_on_bars(axes, diagnosis)
         judged = "validation" if diagnosis.holdout else "left-out"
         axes.set_xlabel(f"{judged} torque error with this effect alone [% of range]")
-        legend_above(figure, _key(axes, diagnosis, baseline))
+        legend_above(figure, _candidate_legend(axes, diagnosis, baseline))
 
 
 def _colour(diagnosis: Diagnosis, candidate: Candidate) -> str:
@@ -183,14 +183,14 @@ def _colour(diagnosis: Diagnosis, candidate: Candidate) -> str:
     return AFTER if text.startswith("added") else _INDISTINGUISHABLE if text else QUIET
 
 
-def _limit(axes: Axes, errors: list[float], baseline: float | None) -> None:
+def _limit_error_axis(axes: Axes, errors: list[float], baseline: float | None) -> None:
     """Limit the error axis, which begins at 0; bars far beyond the others are cut off at the right."""
     usual = max(sorted(errors)[: max(1, len(errors) // 2)], default=1.0)
     longest = max([*errors, baseline or 0.0, 1e-9])
     axes.set_xlim(0, 1.04 * min(longest, 2.5 * max(usual, baseline or 0.0, 1e-9)))
 
 
-def _figures(axes: Axes, candidates: tuple[Candidate, ...]) -> None:
+def _write_error_and_bic(axes: Axes, candidates: tuple[Candidate, ...]) -> None:
     beside = axes.get_yaxis_transform()
     rows = [("error", "ΔBIC", -1.0)] + [
         (f"{100 * c.holdout_nrmse:.2f} %", signed(c.delta_bic), float(row))
@@ -201,7 +201,7 @@ def _figures(axes: Axes, candidates: tuple[Candidate, ...]) -> None:
             axes.text(place, row, text, transform=beside, ha="right", va="center", fontsize=8)
 
 
-def _remarks(axes: Axes, diagnosis: Diagnosis) -> None:
+def _write_reasons_on_bars(axes: Axes, diagnosis: Diagnosis) -> None:
     """Say on its bar why a candidate was added or not where its own figures say otherwise."""
     added = [effect.name for effect in diagnosis.effects]
     first = next((row for row, c in enumerate(diagnosis.candidates) if c.name in added[:1]), 0)
@@ -221,7 +221,7 @@ def _remarks(axes: Axes, diagnosis: Diagnosis) -> None:
         )  # fmt: skip
 
 
-def _key(axes: Axes, diagnosis: Diagnosis, baseline: float | None) -> list[Artist]:
+def _candidate_legend(axes: Axes, diagnosis: Diagnosis, baseline: float | None) -> list[Artist]:
     key: list[Artist] = []
     if diagnosis.effects:
         key.append(Patch(color=AFTER, label="added to the model"))
@@ -238,7 +238,7 @@ def draw_mechanisms(path: Path, diagnosis: Diagnosis) -> None:
     """Draw the curve of each mechanism with its band of two standard deviations."""
     drawn = [(family, family.curve) for family in diagnosis.families if family.curve]
     rows = ceil(len(drawn) / 2)
-    with picture(path, 0.6 + 3.6 * rows) as figure:
+    with figure_saved_as_png(path, 0.6 + 3.6 * rows) as figure:
         for number, (family, curve) in enumerate(drawn):
             artists = _curve(figure.add_subplot(rows, min(2, len(drawn)), number + 1), family, curve)
         legend_above(figure, artists)
@@ -267,7 +267,7 @@ def _curve(axes: Axes, family: FoundFamily, curve: Curve) -> list[Artist]:
 def draw_experiment(path: Path, proposal: Proposal) -> None:
     """Draw angle and load over time, the torques of the two models, and their difference."""
     manoeuvre = proposal.manoeuvre
-    with picture(path, 7.2) as figure:
+    with figure_saved_as_png(path, 7.2) as figure:
         rows = figure.subplots(4, 1, sharex=True, height_ratios=[2.0, 1.0, 2.4, 1.4])
         angle, load, torques, difference = rows
         angle.plot(manoeuvre.t, manoeuvre.psi, color=MEASURED)

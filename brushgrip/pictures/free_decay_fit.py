@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
-from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
+from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, figure_saved_as_png, legend_above
 from identification import FreeDecay, VibrationFit
 from identification.loop_plot import matplotlib_text
 from identification.thesis import DecrementIdentification
@@ -20,7 +20,7 @@ def draw_free_decay(path: Path, result: FreeDecay, decrement: DecrementIdentific
     by_length = sorted(result.vibrations, key=lambda v: v.a)
     places = np.linspace(0, len(by_length) - 1, min(MAX_VIBRATIONS, len(by_length)))
     shown = [by_length[round(place)] for place in places]
-    with picture(path, 3.4 + 2.0 * len(shown)) as figure:
+    with figure_saved_as_png(path, 3.4 + 2.0 * len(shown)) as figure:
         grid = figure.add_gridspec(len(shown) + 1, 2, height_ratios=[2.0] * len(shown) + [2.8])
         artists: list[Artist] = []
         for row, vibration in enumerate(shown):
@@ -30,7 +30,7 @@ def draw_free_decay(path: Path, result: FreeDecay, decrement: DecrementIdentific
                 for axes in (angle, residual):
                     axes.set_xlabel("time t [s]")
         frequency, damping = (figure.add_subplot(grid[-1, column]) for column in range(2))
-        artists += _over_length(frequency, damping, result, decrement)
+        artists += _draw_over_contact_length(frequency, damping, result, decrement)
         figure.align_ylabels()
         legend_above(figure, artists)
 
@@ -51,7 +51,7 @@ def _vibration(angle: Axes, residual: Axes, vibration: VibrationFit, step: float
     return artists
 
 
-def _over_length(
+def _draw_over_contact_length(
     frequency: Axes, damping: Axes, result: FreeDecay, decrement: DecrementIdentification
 ) -> list[Artist]:
     """Points by the method of [Györök 2022], and the sticking patch with k and b_t as identified."""

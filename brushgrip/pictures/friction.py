@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from brushgrip.estimation.observe_recording import FrictionTrack
-from brushgrip.pictures.style import AFTER, MEASURED, QUIET, TRACKS, legend_above, picture
+from brushgrip.pictures.style import AFTER, MEASURED, QUIET, TRACKS, figure_saved_as_png, legend_above
 from identification.loop_plot import matplotlib_text
 from observers.estimates import BAND_STDS
 
@@ -61,7 +61,7 @@ def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
     styles = STYLES if len(labels) > 1 else (LineStyle(AFTER),)
     line_styles = {label: styles[i % len(styles)] for i, label in enumerate(labels)}
     limits = _limits([track for track in tracks if track.usable.any()] or tracks)
-    with picture(path, 1.7 + 2.4 * len(names)) as figure:
+    with figure_saved_as_png(path, 1.7 + 2.4 * len(names)) as figure:
         panels = figure.subplots(len(names), 1, squeeze=False)[:, 0]
         for axes, name in zip(panels, names, strict=True):
             own = [track for track in tracks if track.name == name]
@@ -70,7 +70,7 @@ def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
             axes.set(title=matplotlib_text(name), ylabel="effective friction μ_eff [1]", ylim=limits)
             axes.margins(x=0.01)
         panels[-1].set_xlabel("time t [s]")
-        legend_above(figure, _key(tracks, line_styles))
+        legend_above(figure, _friction_legend(tracks, line_styles))
 
 
 def _track(axes: Axes, track: FrictionTrack, line_style: LineStyle, row: int) -> None:
@@ -96,7 +96,7 @@ def _track(axes: Axes, track: FrictionTrack, line_style: LineStyle, row: int) ->
         axes.axhline(track.reference, color=MEASURED, lw=1.0, zorder=1.5)
 
 
-def draw_overview(
+def draw_friction_by_ground(
     path: Path,
     tracks_by_ground: Mapping[str, Sequence[FrictionTrack]],
     bands: Mapping[str, tuple[float, float]],
@@ -110,12 +110,12 @@ def draw_overview(
     shown = [track for _, tracks in grounds for track in tracks]
     ends = [bands[ground] for ground, _ in grounds if ground in bands]
     limits = _limits(shown, [mu + side * half for mu, half in ends for side in (-1, 1)])
-    with picture(path, 0.7 + 2.2 * len(grounds), OVERVIEW_WIDTH) as figure:
+    with figure_saved_as_png(path, 0.7 + 2.2 * len(grounds), OVERVIEW_WIDTH) as figure:
         panels = figure.subplots(len(grounds), 1, squeeze=False, sharex=True)[:, 0]
         for axes, (ground, tracks) in zip(panels, grounds, strict=True):
             named = len(tracks) <= len(RECORDINGS)
             for place, track in enumerate(tracks):
-                _overview_line(axes, track, next(colours), place)
+                _draw_recording_line(axes, track, next(colours), place)
             if ground or not named:
                 count = "" if named else f", {len(tracks)} recordings"
                 axes.set_title(matplotlib_text(ground or "all grounds") + count)
@@ -131,7 +131,7 @@ def draw_overview(
         panels[-1].set_xlabel("time since the beginning [s]")
 
 
-def _overview_line(axes: Axes, track: FrictionTrack, colour: str, place: int) -> None:
+def _draw_recording_line(axes: Axes, track: FrictionTrack, colour: str, place: int) -> None:
     t, at = track.t - track.t[0], track.last_usable
     if at is not None:
         half = BAND_STDS * track.mu_std[at]
@@ -170,7 +170,7 @@ def _limits(tracks: Sequence[FrictionTrack], beside: Sequence[float] = ()) -> tu
     return max(0.0, min(ends) - margin), max(ends) + margin
 
 
-def _key(tracks: Sequence[FrictionTrack], line_styles: dict[str, LineStyle]) -> list[Artist]:
+def _friction_legend(tracks: Sequence[FrictionTrack], line_styles: dict[str, LineStyle]) -> list[Artist]:
     key: list[Artist] = [
         Line2D([], [], color=style.colour, lw=style.width, ls=style.stroke, label=label)
         for label, style in line_styles.items()

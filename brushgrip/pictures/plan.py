@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.colors import LogNorm
 
-from brushgrip.pictures.style import MEASURED, picture
+from brushgrip.pictures.style import MEASURED, figure_saved_as_png
 from observers import Plan
 
 
@@ -14,7 +14,7 @@ def draw_plan_and_forecast(file: Path, plan: Plan) -> None:
     """The angle over time, and the usable deviation over travel for each friction."""
     path, target = plan.path, 100 * plan.target
     norm, colours = LogNorm(0.6 * min(plan.mus), 1.6 * max(plan.mus)), colormaps["viridis_r"]
-    with picture(file, 3.4) as figure:
+    with figure_saved_as_png(file, 3.4) as figure:
         angle, known = figure.subplots(1, 2, width_ratios=(1, 1.4))
         angle.plot(np.append(0, path.t), np.append(path.begin, path.psi), color=MEASURED)
         angle.set(xlabel="time t [s]", ylabel="angle ψ [rad]")

@@ -49,7 +49,7 @@ _STYLE: dict[Any, Any] = {
 
 
 @contextmanager
-def picture(path: Path, height: float, width: float = WIDTH) -> Iterator[Figure]:
+def figure_saved_as_png(path: Path, height: float, width: float = WIDTH) -> Iterator[Figure]:
     """An empty figure, of the common width if none is given [in], written to `path` (PNG) in the end."""
     with rc_context(_STYLE), catch_warnings():
         # A name in a script that the font lacks is drawn as boxes.
@@ -63,7 +63,7 @@ def picture(path: Path, height: float, width: float = WIDTH) -> Iterator[Figure]
             FigureCanvasSVG(figure).print_svg(path.with_suffix(".svg"), metadata=_NO_METADATA)  # type: ignore[no-untyped-call]
 
 
-def drawn(
+def draw_png_and_svg(
     draw: Callable[..., None], name: str, content: Sequence[Any], wanted: bool
 ) -> tuple[bytes, bytes | None]:
     """A picture as PNG and, where wanted, as SVG: what `draw` makes of a path and the content."""
@@ -93,7 +93,7 @@ def legend_above(figure: Figure, artists: list[Artist]) -> None:
 
 def representative_first(diagnosis: Diagnosis) -> list[Series]:
     """Every recording: the representative one first, then held-out ones, then training ones."""
-    first = diagnosis.representative
+    first = diagnosis.median_error_series
     others = [series for series in diagnosis.series if series is not first]
     return [first, *sorted(others, key=lambda series: not series.held_out)]
 

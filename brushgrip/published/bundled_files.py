@@ -6,7 +6,7 @@ from shutil import copytree, ignore_patterns
 import brushgrip
 from brushgrip.inputs.command_inputs import Inputs, gather_inputs
 from brushgrip.outputs.atomic import staged_directory
-from brushgrip.outputs.console import say, show_json
+from brushgrip.outputs.console import print_line, show_json
 from symbolic import InvalidInputError
 
 RIG = "rig.toml"
@@ -17,7 +17,7 @@ TRUE_FRICTION = "1.28 to 1.42"
 SIMULATED, FIRST = "reference_rig", "estimate_in_a_loop.py"
 
 
-def demo_inputs() -> tuple[Inputs, int]:
+def demo_inputs_and_training_count() -> tuple[Inputs, int]:
     """The demo's recordings with their rig, and how many of them are for training; these come first."""
     folder = demo_folder()
     training = sorted(folder.glob("train*.csv"))
@@ -50,5 +50,5 @@ def copy_examples(out: Path) -> None:
         copytree(source, stage, ignore=leave, dirs_exist_ok=True)
         copytree(rig, stage / SIMULATED, ignore=leave, dirs_exist_ok=True)
     scripts = sorted(str(path) for path in out.glob("*.py"))
-    say(f"wrote {len(scripts)} examples to {out}; python {out / FIRST} runs one")
+    print_line(f"wrote {len(scripts)} examples to {out}; python {out / FIRST} runs one")
     show_json({"wrote": scripts})

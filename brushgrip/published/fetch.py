@@ -25,7 +25,7 @@ MAX_FILE_SIZE = 20_000_000
 TIMEOUT = 30.0
 
 
-class _Bounded(io.FileIO):
+class _SizeLimitedFile(io.FileIO):
     def write(self, content: Any) -> int:
         if self.tell() + len(content) > MAX_FILE_SIZE:
             raise OSError(errno.EFBIG, os.strerror(errno.EFBIG))
@@ -59,7 +59,11 @@ def fetch(destination: str | Path, *, say: Callable[[str], None] = lambda _: Non
             names = _copy(published, Path(local), say)
         else:
             names = list(published.registry)
-            _download(published, [n for n in names if not _is_whole(published, destination / n)], say)
+            _download(
+                published,
+                [n for n in names if not _has_published_digest(published, destination / n)],
+                say,
+            )
     return [destination / name for name in names]
 
 
@@ -98,7 +102,7 @@ def _download(published: pooch.Pooch, names: list[str], say: Callable[[str], Non
         say(f"{number}/{len(names)} {name}")
         url = published.get_url(name)
         try:
-            published.fetch(name, downloader=download_bounded)
+            published.fetch(name, downloader=download_size_limited)
         except ValueError:
             raise FetchError(
                 f"{name}: what {url} delivers has not the published digest "
@@ -111,13 +115,13 @@ def _download(published: pooch.Pooch, names: list[str], say: Callable[[str], Non
             ) from None
 
 
-def download_bounded(url: str, output_file: str, registry: pooch.Pooch) -> None:
+def download_size_limited(url: str, output_file: str, registry: pooch.Pooch) -> None:
     """Download like pooch's own downloader, but `MAX_FILE_SIZE` at most; checks no digest."""
-    with _Bounded(output_file, "w") as file:
+    with _SizeLimitedFile(output_file, "w") as file:
         pooch.HTTPDownloader(timeout=TIMEOUT)(url, file, registry)
 
 
-def _is_whole(published: pooch.Pooch, path: Path) -> bool:
+def _has_published_digest(published: pooch.Pooch, path: Path) -> bool:
     return path.is_file() and _digest(path) == published.registry[path.name]
 
 

@@ -22,7 +22,7 @@ import pooch
 
 from brushgrip.inputs.recording_files import LOCAL_COPY, download_folder
 from brushgrip.outputs.atomic import staged_directory
-from brushgrip.published.fetch import RETRIES, FetchError, download_bounded
+from brushgrip.published.fetch import RETRIES, FetchError, download_size_limited
 from symbolic import InvalidInputError
 from symbolic.float_array import Array
 
@@ -50,7 +50,7 @@ def damper_folder() -> Path:
     return download_folder() / "friction_damper"
 
 
-def digests(registry: Traversable) -> tuple[str, dict[str, str]]:
+def file_digests(registry: Traversable) -> tuple[str, dict[str, str]]:
     """Address of the published folder, and the SHA-256 of each run's values by name."""
     lines = registry.read_text(encoding="utf-8").splitlines()
     address, *rows = (line for line in lines if line and not line.startswith("#"))
@@ -65,7 +65,7 @@ def fetch_friction_damper(destination: str | Path, *, say: Say = lambda _: None)
     values than the published ones are a fault.
     """
     say(ATTRIBUTION)
-    return fetch_runs(destination, digests(REGISTRY), _downloaded, _BESIDE, say)
+    return fetch_runs(destination, file_digests(REGISTRY), _downloaded, _BESIDE, say)
 
 
 def fetch_runs(
@@ -75,7 +75,7 @@ def fetch_runs(
     local_sibling: str,
     say: Say,
 ) -> list[Path]:
-    """What `fetch_friction_damper` does, with runs of any `registry`; see `digests`.
+    """What `fetch_friction_damper` does, with runs of any `registry`; see `file_digests`.
 
     `download` gives the channels of a run by address and name; `local_sibling` is a folder beside that
     of a local copy, where the runs may be.
@@ -144,7 +144,7 @@ def download_array(url: str, column_count: int, loader: Callable[[str], Any] = n
                 registry={"part.npy": None},
                 urls={"part.npy": quote(url, safe=":/")},
                 retry_if_failed=RETRIES,
-            ).fetch("part.npy", downloader=download_bounded)
+            ).fetch("part.npy", downloader=download_size_limited)
             array = np.asarray(loader(path), dtype=float)
             return array.reshape(-1, column_count)
     except Exception as error:  # neither a host nor a damaged array keeps to some kinds of error
@@ -177,18 +177,18 @@ def changed_friction_folder() -> Path:
 def fetch_changed_friction(destination: str | Path, *, say: Say = lambda _: None) -> list[Path]:
     """As `fetch_friction_damper`, with `third_check` beside a local copy."""
     say(PULLED_ATTRIBUTION)
-    return fetch_runs(destination, digests(PULLED_REGISTRY), _downloaded_matrix, "third_check", say)
+    return fetch_runs(destination, file_digests(PULLED_REGISTRY), _download_run, "third_check", say)
 
 
-def _downloaded_matrix(address: str, name: str) -> dict[str, Array]:
+def _download_run(address: str, name: str) -> dict[str, Array]:
     place, columns = f"dataset-4/{name}", 8
     if name in CONSTANT:
         _, tension, rate = name.split("_")
         place, columns = f"dataset-1/characterization datasets/{rate}{tension}tension", 6
-    table = download_array(f"{address}/data/{place}.json", columns, _matrix)[:, :4]
+    table = download_array(f"{address}/data/{place}.json", columns, _load_json_data)[:, :4]
     values = (table * (1, INCH, KIP, INCH)).astype(np.float32).astype(float)
     return dict(zip(("t", "x", "F", "v"), values.T, strict=True))
 
 
-def _matrix(path: str) -> Any:
+def _load_json_data(path: str) -> Any:
     return json.loads(Path(path).read_text(encoding="utf-8"))["data"]

@@ -9,9 +9,9 @@ from typing import Any
 
 import identification
 from brushgrip.estimation import assumed_and_found_friction
-from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
+from brushgrip.estimation.assumed_and_found_friction import AssumedAndFoundFriction
 from brushgrip.outputs.atomic import write_utf8
-from brushgrip.outputs.console import progress, say, show_json
+from brushgrip.outputs.console import print_line, progress, show_json
 from brushgrip.outputs.provenance import KEY, Provenance, digest_of, remove_earlier
 from brushgrip.report.page import PAGE, remove_stale_pictures, write_report
 from brushgrip.report.printed_results import print_diagnosis
@@ -20,7 +20,7 @@ from brushgrip.wording.formatting import json_text
 from identification import Diagnosis, Recording, model_text
 from identification.selection.trial import RANKING_STEP, ROUGH_STEP, thin_for_ranking
 from identification.selection.trial_runner import submit_of
-from observers.interfaces.factory import MODEL_FILE
+from observers.interfaces.observer_from_files import MODEL_FILE
 
 DIAGNOSIS, MODEL = "diagnosis.json", MODEL_FILE
 
@@ -55,7 +55,7 @@ def diagnose_and_write(
     notes: Sequence[str] = (),
     with_inclination: Callable[[float], Sequence[Recording]] | None = None,
     **options: Any,
-) -> tuple[dict[str, Any], Diagnosis, FrictionOutcome | None]:
+) -> tuple[dict[str, Any], Diagnosis, AssumedAndFoundFriction | None]:
     """Searches, estimates friction by what was found, and writes all results into an existing folder.
 
     Options are those of `identification.diagnose`; the notes go before its own; `with_inclination`
@@ -74,7 +74,9 @@ def diagnose_and_write(
     model = json.loads(model_text(result)) | {KEY: dict(provenance)}
     write_utf8(folder / MODEL, json_text(model))
     told = {**provenance, "model": {"name": MODEL, "sha256": digest_of(folder / MODEL)}}
-    write_report(folder, result, outcome.compared if outcome else (), outcome, told, submit)
+    write_report(
+        folder, result, outcome.tracks_by_every_observer if outcome else (), outcome, told, submit
+    )
     content = result.to_dict() | {
         "friction": outcome.to_dict() if outcome else None,
         KEY: {**told, "files": sorted({DIAGNOSIS, *(path.name for path in folder.iterdir())})},
@@ -88,7 +90,7 @@ def clean_up_and_print(
     earlier: Sequence[str],
     content: dict[str, Any],
     diagnosis: Diagnosis,
-    outcome: FrictionOutcome | None,
+    outcome: AssumedAndFoundFriction | None,
 ) -> None:
     """Removes what an earlier run wrote and this one did not, and says what was found."""
     written = content[KEY]["files"]
@@ -96,4 +98,4 @@ def clean_up_and_print(
     remove_stale_pictures(out, written)
     print_diagnosis(diagnosis, outcome, demo_recordings_warning(content[KEY]))
     show_json(content)
-    say(f"report: {out / PAGE}")
+    print_line(f"report: {out / PAGE}")

@@ -5,7 +5,7 @@ from itertools import chain, combinations
 
 import numpy as np
 
-from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
+from brushgrip.estimation.assumed_and_found_friction import AssumedAndFoundFriction
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.wording.formatting import band_decimals, listed, sentence
 from brushgrip.wording.friction_in_words import status_in_words, with_95_band
@@ -41,13 +41,15 @@ MAX_TOLD, CHANCE = 6, 0.01
 """Recordings of a ground whose loads are told; chance up to which an order is told [1]."""
 
 
-def last_usable_friction(track: FrictionTrack) -> str:
+def last_usable_friction_text(track: FrictionTrack) -> str:
     """Friction by the last usable sample with its 95 % band; a dash where there is none."""
     at = track.last_usable
     return "–" if at is None else with_95_band(float(track.mu[at]), float(track.mu_std[at]))
 
 
-def variance_shares_by_cause(outcome: FrictionOutcome, ground: str | None = None) -> dict[str, float]:
+def variance_shares_by_cause(
+    outcome: AssumedAndFoundFriction, ground: str | None = None
+) -> dict[str, float]:
     """Shares of the variance of the last usable friction by cause, on a ground or on all [1]."""
     squares: dict[str, float] = {}
     grounds = outcome.grounds if ground is None else [ground]
@@ -58,7 +60,7 @@ def variance_shares_by_cause(outcome: FrictionOutcome, ground: str | None = None
     return {cause: square / whole for cause, square in sorted(squares.items(), key=lambda s: -s[1])}
 
 
-def widest_causes(outcome: FrictionOutcome) -> str:
+def causes_of_band_text(outcome: AssumedAndFoundFriction) -> str:
     """What the bands are made of, and what of it all recordings share; empty where that is not known."""
     shares = variance_shares_by_cause(outcome)
     if not shares:
@@ -70,7 +72,7 @@ def widest_causes(outcome: FrictionOutcome) -> str:
         "What makes the ± of a recording wide, and by how much it would be smaller without that alone:"
         f" {'; '.join(parts)} (these do not add up to 100 %)."
     )
-    if outcome.bands():
+    if outcome.last_band_by_ground():
         line = f"The ± of a ground also covers how its recordings differ. {line}"
     measurable = min(1.0, sum(shares.get(cause, 0.0) for cause in (OF_LENGTHS, OF_LOAD)))
     if len(outcome.before) > 1 and not told.keys().isdisjoint((OF_LENGTHS, OF_LOAD)):
@@ -81,7 +83,7 @@ def widest_causes(outcome: FrictionOutcome) -> str:
     return line
 
 
-def usable_until(track: FrictionTrack) -> str:
+def usable_span_text(track: FrictionTrack) -> str:
     """From when to when a track is usable, and what is wrong at its end."""
     at, end = track.last_usable, track.t.size - 1
     if at is not None:
@@ -114,17 +116,18 @@ def _why_not_usable(track: FrictionTrack) -> Status:
     return track.last_status | Status.INCONSISTENT if unexplained else track.last_status
 
 
-def is_as_declared(outcome: FrictionOutcome, diagnosis: Diagnosis) -> bool:
+def is_by_declared_vehicle(outcome: AssumedAndFoundFriction, diagnosis: Diagnosis) -> bool:
     """Whether friction is told by a vehicle as declared, not by what was found."""
     return diagnosis.of_car and outcome.inclination is None
 
 
-def friction_is_by(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
+def model_behind_friction_text(outcome: AssumedAndFoundFriction, diagnosis: Diagnosis) -> str:
     """What friction is told by: the model found, or the vehicle as declared."""
-    return f"by the {'vehicle as declared' if is_as_declared(outcome, diagnosis) else 'model found'}"
+    declared = is_by_declared_vehicle(outcome, diagnosis)
+    return f"by the {'vehicle as declared' if declared else 'model found'}"
 
 
-def load_trend_in_words(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
+def load_trend_in_words(outcome: AssumedAndFoundFriction, diagnosis: Diagnosis) -> str:
     """That friction goes with the load from recording to recording, in sentences; else empty."""
     loads = median_loads(diagnosis)
     known = {
@@ -138,13 +141,13 @@ def load_trend_in_words(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
     on = listed(
         [
             ground
-            + f" ({', '.join(f'{mu:.2f} at {load:.0f} N' for load, mu in _few(known[ground]))})"
+            + f" ({', '.join(f'{mu:.2f} at {load:.0f} N' for load, mu in _thin_pairs(known[ground]))})"
             * (outcome.load is None)
             for ground, (alone, way) in ways.items()
             if alone < 1 and way == falls
         ]
     )
-    told = f", though the model found tells it{at_common_load(outcome)}" * (outcome.load is not None)
+    told = f", though the model found tells it{common_load_text(outcome)}" * (outcome.load is not None)
     return (
         f"On {on}, recordings at higher load gave {'lower' if falls else 'higher'} friction{told}"
         f" (by chance in 1 of {1 / max(chance, 1e-6):.0f} cases);"
@@ -152,26 +155,26 @@ def load_trend_in_words(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
     )
 
 
-def recordings_differ(friction: GroundFriction) -> bool:
+def is_band_mostly_from_spread(friction: GroundFriction) -> bool:
     """Whether how recordings on a ground differ makes most of the variance of its band."""
     return (friction.scatter_share or 0.0) > 0.5
 
 
-def _few(values: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+def _thin_pairs(values: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
     """At most `MAX_TOLD` of these pairs, in order, the ends among them."""
     ordered = sorted(values)
     at = np.linspace(0, len(ordered) - 1, min(len(ordered), MAX_TOLD)).round().astype(int)
     return [ordered[i] for i in at]
 
 
-def at_common_load(outcome: FrictionOutcome) -> str:
+def common_load_text(outcome: AssumedAndFoundFriction) -> str:
     """The load that all friction is told at, where it changes with the load; else empty."""
     return "" if outcome.load is None else f" at a load of {outcome.load:.0f} N"
 
 
-def converted_to_common_load(outcome: FrictionOutcome) -> str:
+def common_load_clause(outcome: AssumedAndFoundFriction) -> str:
     """That all friction is told at one load, a clause after a value; else empty."""
-    told = at_common_load(outcome).removeprefix(" at")
+    told = common_load_text(outcome).removeprefix(" at")
     return f"all converted to{told}, as friction changes with it" * bool(told)
 
 
@@ -185,19 +188,19 @@ def note_on_changing_friction(diagnosis: Diagnosis) -> str:
     )
 
 
-def grounds_compared(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
+def ground_comparison_text(outcome: AssumedAndFoundFriction, diagnosis: Diagnosis) -> str:
     """By how much grounds differ, and which these recordings do not tell apart, in sentences.
 
     Of many grounds that differ, only over that of the least friction. Empty for fewer than two.
     """
-    bands = dict(sorted(outcome.bands().items(), key=lambda own: own[1].mu_eff))
+    bands = dict(sorted(outcome.last_band_by_ground().items(), key=lambda own: own[1].mu_eff))
     pairs, same, more = list(combinations(bands, 2)), [], []
     for low, high in pairs:
-        ratio, half = bands[high].over(bands[low], len(pairs))
+        ratio, half = bands[high].ratio_to(bands[low], len(pairs))
         if ratio - half <= 1:
             same.append(f"{low} from {high}")
         elif len(pairs) <= MAX_PAIRS or low == next(iter(bands)):
-            apart = _loads_apart(outcome, diagnosis, low, high)
+            apart = _loads_differ_note(outcome, diagnosis, low, high)
             digits = band_decimals(half)
             more.append(
                 f"{high} grips {ratio:.{digits}f} ± {half:.{digits}f} times as much as {low}{apart}"
@@ -213,7 +216,7 @@ def grounds_compared(outcome: FrictionOutcome, diagnosis: Diagnosis) -> str:
     return " ".join(sentences)
 
 
-def _loads_apart(outcome: FrictionOutcome, diagnosis: Diagnosis, *grounds: str) -> str:
+def _loads_differ_note(outcome: AssumedAndFoundFriction, diagnosis: Diagnosis, *grounds: str) -> str:
     """That loads on two grounds are so far apart that they may be why friction differs; else empty."""
     loads = median_loads(diagnosis)
     low, high = sorted(
@@ -238,7 +241,7 @@ def note_on_highest_loads(diagnosis: Diagnosis, names: Sequence[str]) -> str:
     return "; theirs are the highest loads" * highest
 
 
-def has_unusable_gap(outcome: FrictionOutcome) -> bool:
+def has_unusable_gap(outcome: AssumedAndFoundFriction) -> bool:
     """Whether a track of the model found is not usable somewhere after its first usable sample."""
     tracks = outcome.tracks_of().values()
     return any((np.diff(track.usable.astype(int)) < 0).any() for track in tracks)

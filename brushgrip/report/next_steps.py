@@ -4,17 +4,17 @@ from collections.abc import Sequence
 from math import sqrt
 from statistics import fmean
 
-from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
+from brushgrip.estimation.assumed_and_found_friction import AssumedAndFoundFriction
 from brushgrip.estimation.suspicious_recordings import SUSPECTED
-from brushgrip.report.friction_summary import recordings_differ, variance_shares_by_cause
-from brushgrip.report.provisional_friction import stiffness_cases
+from brushgrip.report.friction_and_found_stiffness import stiffness_explanations
+from brushgrip.report.friction_summary import is_band_mostly_from_spread, variance_shares_by_cause
 from brushgrip.report.what_effects_do import size_of
 from brushgrip.wording.diagnosis_in_words import (
     CLEAR,
     doubtful_effects,
-    is_single,
-    judging_may_be_of_another_wheel,
-    note_on,
+    find_note,
+    is_single_recording,
+    is_validation_wheel_doubtful,
     proposed_recordings,
     unexplained_is_larger,
 )
@@ -26,7 +26,7 @@ from brushgrip.wording.formatting import (
     sentence,
     unrefitted_error,
 )
-from brushgrip.wording.friction_in_words import how_to_narrow
+from brushgrip.wording.friction_in_words import how_to_narrow_band
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.graded_effects import ASSUMED, UNRECORDED_LOAD
 from observers.quality.self_consistency import BAND_95
@@ -63,7 +63,7 @@ OF_ZERO = {
 """What an effect is where a check at the rig may rule it out."""
 
 
-def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
+def next_steps(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction) -> list[str]:
     """Measurements or actions that come next, the most urgent first, at most `MAX_STEPS`, each a phrase.
 
     Where nothing is open, what narrows the ± of friction.
@@ -71,17 +71,17 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     steps = []
     if diagnosis.notes and diagnosis.notes[0].startswith(SUSPECTED):
         steps.append("mend the input that looks wrong, or leave its recording out, and run this again")
-    if stiffness_cases(diagnosis):
+    if stiffness_explanations(diagnosis):
         steps.append(CHECKS[diagnosis.of_car])
     if outcome.inclination is not None:
         steps.append("check the inclination of the steering axes, and declare it in the vehicle file")
-    never = outcome.never_known()
+    never = outcome.recordings_without_friction()
     # A model that misses more than it has found is why friction is not known.
     if never and not unexplained_is_larger(diagnosis):
         steps.append(
             f"record {listed(never)} again, turning to and fro until the wheel slides both ways"
         )
-    if is_single(diagnosis):
+    if is_single_recording(diagnosis):
         steps.append("make a second recording, without which nothing judges the result")
     like_load = [
         effect_words(e.name) for e in diagnosis.effects if UNRECORDED_LOAD in e.indistinguishable_from
@@ -90,9 +90,9 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
         steps.append(
             f"record the load, as one that changes with the angle would look like {listed(like_load)}"
         )
-    steps += _for_the_model(diagnosis)
-    doubted = judging_may_be_of_another_wheel(diagnosis)
-    check = _check_of_validation(diagnosis)
+    steps += _recordings_for_the_model(diagnosis)
+    doubted = is_validation_wheel_doubtful(diagnosis)
+    check = _check_validation_wheel(diagnosis)
     steps += check * doubted
     unconfirmed, *_ = doubtful_effects(diagnosis)
     if unconfirmed:
@@ -103,19 +103,19 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
     weak = [effect_words(e.name) for e in diagnosis.effects if e.grade in ("weak", "stands_in")]
     if weak and not steps:
         steps.append(f"make more recordings, which settle whether {listed(weak)} is there")
-    more, declare = _more_recordings(outcome), _to_declare(diagnosis, outcome)
-    narrow = [] if steps else _to_narrow(outcome, told_apart=declare)
-    if stiffness_cases(diagnosis):  # Both at the rig.
+    more, declare = _more_recordings(outcome), _tolerances_to_declare(diagnosis, outcome)
+    narrow = [] if steps else _steps_to_narrow_band(outcome, told_apart=declare)
+    if stiffness_explanations(diagnosis):  # Both at the rig.
         after = steps.index(CHECKS[diagnosis.of_car]) + 1
         steps, declare = [*steps[:after], *declare, *steps[after:]], []
     if not steps:
         hardly = any(HARDLY in one for one in declare)
         steps, declare = (narrow, declare) if hardly else ([*declare, *narrow], [])
-    last = [*_play(diagnosis), *declare, *check * (not doubted)]
+    last = [*_steps_on_play(diagnosis), *declare, *check * (not doubted)]
     return [*steps[: MAX_STEPS - len(more)], *more, *last][:MAX_STEPS] or ["nothing"]
 
 
-def _play(diagnosis: Diagnosis) -> list[str]:
+def _steps_on_play(diagnosis: Diagnosis) -> list[str]:
     """That play which was found may be removed or left."""
     return [
         f"look for the play of {size_of(e)} between angle sensor and tyre and remove it (then record"
@@ -125,25 +125,25 @@ def _play(diagnosis: Diagnosis) -> list[str]:
     ]
 
 
-def _to_declare(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
+def _tolerances_to_declare(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction) -> list[str]:
     """That tolerances are to be declared, and what that brings; empty where all are."""
     # Not k where that is to be declared first.
-    parts = note_on(diagnosis, ASSUMED).partition(": ")[2].split(", ")
+    parts = find_note(diagnosis, ASSUMED).partition(": ")[2].split(", ")
     names = [name for part in parts if (name := part.split(" ±")[0].split(" (")[0])]
-    if stiffness_cases(diagnosis):
+    if stiffness_explanations(diagnosis):
         names = [name for name in names if name != STIFFNESS]
     if not names:
         return []
-    brought = _at_best(outcome, *{PART_OF_BAND.get(name, "") for name in names})
-    visit = "at the rig, on the same visit, " * bool(stiffness_cases(diagnosis))
+    brought = _best_possible_band_text(outcome, *{PART_OF_BAND.get(name, "") for name in names})
+    visit = "at the rig, on the same visit, " * bool(stiffness_explanations(diagnosis))
     was, tolerances = ("was", "its tolerance") if len(names) == 1 else ("were", "the tolerances")
     return [
         f"{visit}find out how well {listed(names)} {was} measured (measure what was guessed), and"
-        f" declare {tolerances} in the rig file{brought or HARDLY * bool(outcome.bands())}"
+        f" declare {tolerances} in the rig file{brought or HARDLY * bool(outcome.last_band_by_ground())}"
     ]
 
 
-def _for_the_model(diagnosis: Diagnosis) -> list[str]:
+def _recordings_for_the_model(diagnosis: Diagnosis) -> list[str]:
     """What recordings would tell more of the model."""
     apart = what_experiments_separate(diagnosis)
     by_zero = all(p.rival in OF_ZERO for _, p in proposed_recordings(diagnosis).values())
@@ -152,15 +152,15 @@ def _for_the_model(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.unexplained.present:
         still = "if something unknown remains after (1)"
         return [
-            f"{still if stiffness_cases(diagnosis) else 'as something unknown remains'}, record at"
-            " other steering speeds, steering angles and loads to find it; friction may change then"
+            f"{still if stiffness_explanations(diagnosis) else 'as something unknown remains'}, record"
+            " at other steering speeds, steering angles and loads to find it; friction may change then"
             + f"; begin{unchecked} with what {proposed}"
             * bool(apart)
         ]
     return [f"record what {proposed}"] * bool(apart)
 
 
-def _check_of_validation(diagnosis: Diagnosis) -> list[str]:
+def _check_validation_wheel(diagnosis: Diagnosis) -> list[str]:
     """That the recordings that judge may be of another wheel, as nothing adjusted they fit worse."""
     unrefitted = unrefitted_error(diagnosis)
     if unrefitted is None or diagnosis.unexplained.present:
@@ -174,14 +174,16 @@ def _check_of_validation(diagnosis: Diagnosis) -> list[str]:
     ]
 
 
-def _more_recordings(outcome: FrictionOutcome) -> list[str]:
+def _more_recordings(outcome: AssumedAndFoundFriction) -> list[str]:
     """That more recordings narrow the widest ± of those that are wide by how recordings differ."""
-    wide = {g: one for g, one in outcome.further().items() if recordings_differ(one)}
+    wide = {
+        g: one for g, one in outcome.last_usable_by_ground().items() if is_band_mostly_from_spread(one)
+    }
     if not wide:
         return []
     ground, one = max(wide.items(), key=lambda own: own[1].further or 0.0)
     count, half = one.recordings, one.further or 0.0
-    digits, more = band_decimals(half), one.further_with(2 * count)
+    digits, more = band_decimals(half), one.further_half_width(2 * count)
     seconds = fmean(float(track.t[-1] - track.t[0]) for track, _ in outcome.known_tracks(ground))
     return [
         f"record {ground} {count} more times, {seconds:.0f} s each like these, at the load that you need"
@@ -190,20 +192,20 @@ def _more_recordings(outcome: FrictionOutcome) -> list[str]:
     ]
 
 
-def _to_narrow(outcome: FrictionOutcome, told_apart: Sequence[str]) -> list[str]:
+def _steps_to_narrow_band(outcome: AssumedAndFoundFriction, told_apart: Sequence[str]) -> list[str]:
     """What narrows the ± of friction, if nothing says that yet."""
     cause = next(iter(variance_shares_by_cause(outcome)), "")
     said = cause in PART_OF_BAND.values() and told_apart
-    return [f"to narrow the ±, {how_to_narrow(cause)}{_at_best(outcome, cause)}"] * bool(
-        cause and not said
-    )
+    return [
+        f"to narrow the ±, {how_to_narrow_band(cause)}{_best_possible_band_text(outcome, cause)}"
+    ] * bool(cause and not said)
 
 
-def what_further_recordings_tell(diagnosis: Diagnosis, steps: Sequence[str]) -> str:
+def limits_of_further_recordings(diagnosis: Diagnosis, steps: Sequence[str]) -> str:
     """That no recording would settle what is open, or none beyond steps, in sentences; else empty."""
     if diagnosis.unexplained.present:
         return ""
-    told = [not_separable(e) for e in diagnosis.effects if e.experiment and not e.experiment.feasible]
+    told = [inseparable_text(e) for e in diagnosis.effects if e.experiment and not e.experiment.feasible]
     if all(e.grade == "strong" for e in diagnosis.effects):
         asked = [f"({at})" for at, one in enumerate(steps, 1) if one.startswith(("record ", "make "))]
         beyond = listed(asked) if len(steps) > 1 else "what is to do first"
@@ -211,7 +213,7 @@ def what_further_recordings_tell(diagnosis: Diagnosis, steps: Sequence[str]) -> 
     return " ".join(map(sentence, told))
 
 
-def not_separable(effect: FoundEffect) -> str:
+def inseparable_text(effect: FoundEffect) -> str:
     """That recordings do not settle which of several effects it is."""
     rivals = effect.indistinguishable_from or tuple(e.rival for e in (effect.experiment,) if e)
     others = listed([effect_words(name) for name in rivals], "or")
@@ -230,10 +232,10 @@ def what_experiments_separate(diagnosis: Diagnosis) -> str:
     return listed(pairs) + "; other explanations stay possible" * more
 
 
-def _at_best(outcome: FrictionOutcome, *causes: str) -> str:
+def _best_possible_band_text(outcome: AssumedAndFoundFriction, *causes: str) -> str:
     """What the bands of grounds are without what a remedy addresses; empty where none has a band."""
     changes = []
-    for ground, one in outcome.bands().items():
+    for ground, one in outcome.last_band_by_ground().items():
         squares = [float(track.mu_std[at]) ** 2 for track, at in outcome.known_tracks(ground)]
         shares, half = variance_shares_by_cause(outcome, ground), one.further or 0.0
         share = sum(shares.get(cause, 0.0) for cause in causes)

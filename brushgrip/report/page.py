@@ -10,7 +10,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome, found_model
+from brushgrip.estimation.assumed_and_found_friction import AssumedAndFoundFriction, found_model
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.outputs.atomic import write_utf8
 from brushgrip.pictures.diagnosis import (
@@ -19,11 +19,11 @@ from brushgrip.pictures.diagnosis import (
     draw_experiment,
     draw_loops,
     draw_mechanisms,
+    draw_residual_correlations,
     draw_residuals,
-    draw_signatures,
 )
-from brushgrip.pictures.friction import draw_friction, draw_overview
-from brushgrip.pictures.style import drawn, is_drawn_by_us
+from brushgrip.pictures.friction import draw_friction, draw_friction_by_ground
+from brushgrip.pictures.style import draw_png_and_svg, is_drawn_by_us
 from brushgrip.report import (
     friction_summary,
     next_steps,
@@ -35,7 +35,7 @@ from brushgrip.report import (
 from brushgrip.wording import diagnosis_in_words, formatting
 from brushgrip.wording import friction_in_words as friction_wording
 from identification import Diagnosis
-from identification.selection.trial_runner import Submit, results_of, run_at_once
+from identification.selection.trial_runner import Submit, results_of, run_in_this_process
 
 PAGE, TEMPLATE = "report.html", "report.html.j2"
 EXPERIMENT = "experiment_{}"
@@ -65,9 +65,9 @@ def write_report(
     folder: Path,
     diagnosis: Diagnosis,
     friction: Sequence[FrictionTrack] = (),
-    outcome: FrictionOutcome | None = None,
+    outcome: AssumedAndFoundFriction | None = None,
     provenance: Mapping[str, Any] | None = None,
-    submit: Submit = run_at_once,
+    submit: Submit = run_in_this_process,
 ) -> Path:
     """Writes report.html and its pictures.
 
@@ -109,14 +109,17 @@ def _draw_pictures(
     folder: Path,
     diagnosis: Diagnosis,
     friction: Sequence[FrictionTrack],
-    outcome: FrictionOutcome | None,
+    outcome: AssumedAndFoundFriction | None,
     submit: Submit,
 ) -> dict[str, bytes]:
     """Writes the pictures; returns those that the page takes as drawings, by names of files."""
     pictures: dict[str, tuple[Callable[..., None], Sequence[Any]]] = {
         "residuals": (draw_residuals, [diagnosis]),
         "loops": (draw_loops, [diagnosis]),
-        "signatures": (draw_signatures, [diagnosis.signatures_before, diagnosis.signatures_after]),
+        "signatures": (
+            draw_residual_correlations,
+            [diagnosis.signatures_before, diagnosis.signatures_after],
+        ),
     }
     if friction:
         pictures["friction"] = draw_friction, [friction]
@@ -128,13 +131,13 @@ def _draw_pictures(
     if outcome:
         own = outcome.tracks_of()
         by_ground = {g: [own[n] for n in names if n in own] for g, names in outcome.grounds.items()}
-        ends = {g: (one.mu_eff, one.further or 0.0) for g, one in outcome.bands().items()}
-        pictures["overview"] = draw_overview, [by_ground, ends]
+        ends = {g: (one.mu_eff, one.further or 0.0) for g, one in outcome.last_band_by_ground().items()}
+        pictures["overview"] = draw_friction_by_ground, [by_ground, ends]
     if any(family.curve for family in diagnosis.families):
         pictures["mechanisms"] = draw_mechanisms, [diagnosis]
     wanted = sum(series.t.size for series in diagnosis.series) <= _MAX_LINE_SAMPLES
     futures = {
-        f"{stem}.png": submit(drawn, draw, f"{stem}.png", content, wanted)
+        f"{stem}.png": submit(draw_png_and_svg, draw, f"{stem}.png", content, wanted)
         for stem, (draw, content) in pictures.items()
     }
     drawings = {}
@@ -151,7 +154,7 @@ def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:
         loader=PackageLoader("brushgrip.report"),
         autoescape=True,
         undefined=StrictUndefined,
-        finalize=_keep_units,
+        finalize=_with_nonbreaking_units,
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
@@ -166,12 +169,12 @@ def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:
     environment.globals |= words | {
         "grades": diagnosis_in_words.GRADES,
         "headings": lambda sections: re.findall(r'<h2 id="(\w+)">(.+)</h2>', sections),
-        "picture": lambda name: _data_address(folder / name, drawings.get(name)),
+        "picture": lambda name: _picture_data_uri(folder / name, drawings.get(name)),
     }
     return environment
 
 
-def _keep_units(value: Any) -> Any:
+def _with_nonbreaking_units(value: Any) -> Any:
     """A text whose percent signs, deviations and units stay on the line of what they belong to."""
     if not isinstance(value, str) or isinstance(value, Markup):
         return value
@@ -182,7 +185,7 @@ def _keep_units(value: Any) -> Any:
     return re.sub(together, lambda found: found[0].replace(" ", "\N{NO-BREAK SPACE}"), apart)
 
 
-def _data_address(png: Path, drawing: bytes | None) -> Markup:
+def _picture_data_uri(png: Path, drawing: bytes | None) -> Markup:
     """A picture as an address that holds its content: a drawing, or where that is too large, points."""
     kind, content = "png", png.read_bytes()
     if drawing is not None and len(drawing) <= _MAX_DRAWING_SIZE:

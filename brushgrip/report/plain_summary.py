@@ -6,44 +6,44 @@ from math import degrees
 from brushgrip.estimation.assumed_and_found_friction import (
     EKF_DECLARED,
     EKF_FOUND,
-    FrictionOutcome,
+    AssumedAndFoundFriction,
     found_model,
 )
 from brushgrip.estimation.suspicious_recordings import weaker_direction_share_and_note
+from brushgrip.report.friction_and_found_stiffness import (
+    friction_if_stiffness_is_wrong,
+    stiffness_doubt_and_range,
+    stiffness_explanations,
+    stiffness_tolerance_sentence,
+)
 from brushgrip.report.friction_summary import (
     IN_PLAIN_WORDS,
-    at_common_load,
-    converted_to_common_load,
-    grounds_compared,
-    is_as_declared,
-    last_usable_friction,
+    common_load_clause,
+    common_load_text,
+    ground_comparison_text,
+    is_band_mostly_from_spread,
+    is_by_declared_vehicle,
+    last_usable_friction_text,
     load_trend_in_words,
     note_on_highest_loads,
-    recordings_differ,
     variance_shares_by_cause,
 )
-from brushgrip.report.next_steps import CHECKS, next_steps, what_further_recordings_tell
-from brushgrip.report.provisional_friction import (
-    doubt_of_stiffness,
-    friction_if_stiffness_is_wrong,
-    stiffness_cases,
-    stiffness_within_tolerance,
-)
+from brushgrip.report.next_steps import CHECKS, limits_of_further_recordings, next_steps
 from brushgrip.report.validity_and_missing_effects import (
     ALLOWED_FOR,
     LEFT_OUT,
     band_caveats,
     benefit_for_friction,
-    error_to_quote,
+    error_text_and_basis,
+    has_rival_mechanism,
     missing_effects,
-    result_in_plain_words,
-    several_mechanisms,
-    validity,
+    unclear_result_text,
+    validity_text,
 )
 from brushgrip.report.verdict import NOT_YET, verdict
 from brushgrip.wording.diagnosis_in_words import doubtful_effects
 from brushgrip.wording.formatting import effect_words, listed, percent, sentence
-from brushgrip.wording.recording_remarks import further_recording, prediction_band
+from brushgrip.wording.recording_remarks import further_recording_band_line, prediction_band
 from identification import Diagnosis
 from observers import GroundFriction
 
@@ -60,30 +60,32 @@ MAX_LISTED = 3
 """Recordings of a ground that are named one by one."""
 
 
-def friction_and_notes(outcome: FrictionOutcome | None) -> tuple[list[str], list[str]]:
+def friction_and_notes(outcome: AssumedAndFoundFriction | None) -> tuple[list[str], list[str]]:
     """Friction of named grounds for a further recording, and notes on those without a band."""
     known: list[str] = []
     notes: list[str] = []
     if outcome is None:
         return known, notes
-    further, bands = outcome.further(), outcome.bands()
+    further, bands = outcome.last_usable_by_ground(), outcome.last_band_by_ground()
     for ground in filter(None, outcome.grounds):
         names = outcome.grounds[ground]
-        line = further_recording(ground + at_common_load(outcome), further.get(ground), len(names))
-        line += f"; {told}" if (told := _of_vehicle(outcome, [ground])) else ""
+        line = further_recording_band_line(
+            ground + common_load_text(outcome), further.get(ground), len(names)
+        )
+        line += f"; {told}" if (told := _found_vehicle_note(outcome, [ground])) else ""
         (known if ground in bands else notes).append(line)
     return known, notes
 
 
-def lines_to_send(
-    diagnosis: Diagnosis, outcome: FrictionOutcome | None, warning: str = ""
+def summary_mail_parts(
+    diagnosis: Diagnosis, outcome: AssumedAndFoundFriction | None, warning: str = ""
 ) -> tuple[Parts, Parts]:
     """A mail of a few lines, what is acted on first, and what is to be known before acting on it.
 
     Each is a list of parts, a label and its items.
     """
-    told = outcome or FrictionOutcome(before={}, after={}, grounds={})
-    known = told.is_known
+    told = outcome or AssumedAndFoundFriction(before={}, after={}, grounds={})
+    known = told.is_known_in_any_recording
     asked = next_steps(diagnosis, told)
     # Names of grounds and recordings may hold a full stop.
     parted = ". " if asked[:1] == [CHECKS[diagnosis.of_car]] else "\n"
@@ -91,32 +93,32 @@ def lines_to_send(
     one = "(1)" if len(steps) > 1 else "that"
     first, after = [text.strip() for text in "".join(steps[:1]).partition(parted)[::2]]
     reserved = band_caveats(diagnosis)
-    wide = [_differences(told, ground, one) for ground, one in told.further().items()]
-    also = [*wide, _weaker(diagnosis, told), *reserved]
+    wide = [_differences(told, ground, one) for ground, one in told.last_usable_by_ground().items()]
+    also = [*wide, _weaker_direction_text(diagnosis, told), *reserved]
     missing = missing_effects(diagnosis, told if known and not diagnosis.of_car else None)
-    label = LEFT_OUT + ALLOWED_FOR * (known and not is_as_declared(told, diagnosis))
-    error, judged = error_to_quote(diagnosis)
+    label = LEFT_OUT + ALLOWED_FOR * (known and not is_by_declared_vehicle(told, diagnosis))
+    error, judged = error_text_and_basis(diagnosis)
     provisional = known and bool(diagnosis.stiffness_ratio != 1)
-    finding = {label: missing} if missing else {"Result": [result_in_plain_words(diagnosis)]}
+    finding = {label: missing} if missing else {"Result": [unclear_result_text(diagnosis)]}
     judged_use, why = verdict(diagnosis, told)
     held = f" The ± holds only if the {'car' if diagnosis.of_car else 'rig'} proves right." * provisional
     friction = {judged_use: [_friction(told) + held], "Why": why}
-    cases = stiffness_cases(diagnosis)
+    cases = stiffness_explanations(diagnosis)
     for at, value in enumerate(friction_if_stiffness_is_wrong(diagnosis, told), 1):
         cases[at] = f"{cases[at].removesuffix('.')}: then {value}."
-    valid = validity(diagnosis, told.slide_rate if known else None, told.slide_speed)
+    valid = validity_text(diagnosis, told.slide_rate if known else None, told.slide_speed)
     benefit, trend = benefit_for_friction(diagnosis, told), load_trend_in_words(told, diagnosis)
-    *sure, caution = _holds(told, "force" if diagnosis.of_car else "torque")
+    *sure, caution = _band_meaning_lines(told, "force" if diagnosis.of_car else "torque")
     if judged_use == NOT_YET:
         sure = [line.replace(ARE_RIGHT, f"{ARE_RIGHT}, which is in doubt here") for line in sure]
     if provisional:
-        sure.insert(0, doubt_of_stiffness(diagnosis, told)[1])
+        sure.insert(0, stiffness_doubt_and_range(diagnosis, told)[1])
         benefit = f"Whether it is right rests on what is to do first. {benefit}" * bool(benefit)
     mail = {
         "Note": [warning],
         **(friction if outcome else finding),
-        "Grounds": [grounds_compared(told, diagnosis)],
-        "By which vehicle": [sentence(_of_vehicle(told, list(told.grounds)))] if known else [],
+        "Grounds": [ground_comparison_text(told, diagnosis)],
+        "By which vehicle": [sentence(_found_vehicle_note(told, list(told.grounds)))] if known else [],
         "How sure": [" ".join(filter(None, [*sure, trend]))] if known else [*cases[:1], *reserved[:-1]],
         "To do first": [sentence(first)] if first else [],
         **finding,
@@ -125,15 +127,15 @@ def lines_to_send(
     }
     details = {
         "What the stiffness may mean" if provisional else "Stiffness": cases[not known :]
-        or [stiffness_within_tolerance(diagnosis)],
+        or [stiffness_tolerance_sentence(diagnosis)],
         "More on how sure": [caution, *also] if known else [],
         "To do then": [f"After {one}, {after[:1].lower()}{after[1:]}" * bool(after), *steps[1:]],
-        "Further recordings": [what_further_recordings_tell(diagnosis, asked)],
+        "Further recordings": [limits_of_further_recordings(diagnosis, asked)],
         "Recordings with a value": [benefit],
         "How the torque's error is told": [judged],
         "Not known": [sentence("; ".join(_open_questions(diagnosis, told)))],
     }
-    return _filled(mail), _filled(details)
+    return _nonempty_parts(mail), _nonempty_parts(details)
 
 
 def repeatability_in_words(diagnosis: Diagnosis) -> str:
@@ -152,16 +154,16 @@ def repeatability_in_words(diagnosis: Diagnosis) -> str:
     )
 
 
-def _filled(parts: dict[str, list[str]]) -> Parts:
+def _nonempty_parts(parts: dict[str, list[str]]) -> Parts:
     """The parts that say something."""
     filled = {label: [item for item in items if item] for label, items in parts.items()}
     return [(label, items) for label, items in filled.items() if items]
 
 
-def _friction(outcome: FrictionOutcome) -> str:
+def _friction(outcome: AssumedAndFoundFriction) -> str:
     """Friction of every ground, and what it is made of."""
     grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
-    bands = outcome.bands().values()
+    bands = outcome.last_band_by_ground().values()
     count, of, each = str(len(outcome.before)), "from", ""
     if bands and len(bands) == len(outcome.grounds):
         counts = [str(one.recordings) for one in bands]
@@ -170,11 +172,11 @@ def _friction(outcome: FrictionOutcome) -> str:
     if outcome.slide_rate:
         each += f", turning at {outcome.slide_rate:.2g} rad/s"
     line = f"{grounds} ({of} {count} recording{'s' * (count != '1')}{each})"
-    line = ", ".join(filter(None, [line, converted_to_common_load(outcome)]))
+    line = ", ".join(filter(None, [line, common_load_clause(outcome)]))
     return f"{FRICTION} {line}."
 
 
-def _of_vehicle(outcome: FrictionOutcome, grounds: Sequence[str]) -> str:
+def _found_vehicle_note(outcome: AssumedAndFoundFriction, grounds: Sequence[str]) -> str:
     """By which vehicle friction is told that was found, and what the declared one gives; else empty."""
     if outcome.inclination is None:
         return ""
@@ -186,12 +188,12 @@ def _of_vehicle(outcome: FrictionOutcome, grounds: Sequence[str]) -> str:
     )
 
 
-def _holds(outcome: FrictionOutcome, read: str) -> list[str]:
+def _band_meaning_lines(outcome: AssumedAndFoundFriction, read: str) -> list[str]:
     """How often the ± of grounds and of recordings that are named holds; what is read gives both."""
-    bands = outcome.bands()
+    bands = outcome.last_band_by_ground()
     lines = [
         "In 95 of 100 cases one more recording like these would give friction within the ±."
-        f"{_why_wide(outcome)} Nobody has checked friction in another way."
+        f"{_why_band_is_wide(outcome)} Nobody has checked friction in another way."
     ]
     lines *= bool(bands)
     if len(bands) < len(outcome.grounds):
@@ -206,17 +208,19 @@ def _holds(outcome: FrictionOutcome, read: str) -> list[str]:
     return lines
 
 
-def _why_wide(outcome: FrictionOutcome) -> str:
+def _why_band_is_wide(outcome: AssumedAndFoundFriction) -> str:
     """What makes the ± wide where recordings agree, in a sentence; empty where they do not."""
     shares = variance_shares_by_cause(outcome)
-    if not shares or any((one.scatter_share or 0.0) > AGREE for one in outcome.bands().values()):
+    if not shares or any(
+        (one.scatter_share or 0.0) > AGREE for one in outcome.last_band_by_ground().values()
+    ):
         return ""
     cause = next(iter(shares))
     words = IN_PLAIN_WORDS.get(cause, f"how well the {cause} is known")
     return f" The recordings agree; what makes the ± wide is, above all, {words}."
 
 
-def _weaker(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
+def _weaker_direction_text(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction) -> str:
     """How much less the ground holds in one direction by the model found; empty for both alike."""
     found = found_model(diagnosis)
     told: dict[str, list[str]] = {}
@@ -234,9 +238,9 @@ def _weaker(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
     return sentence(f"{line} (unproven)" if unproven else line) * bool(parts)
 
 
-def _differences(outcome: FrictionOutcome, ground: str, friction: GroundFriction) -> str:
+def _differences(outcome: AssumedAndFoundFriction, ground: str, friction: GroundFriction) -> str:
     """How recordings on a ground differ, where that is most of its band's variance; else empty."""
-    if not recordings_differ(friction):
+    if not is_band_mostly_from_spread(friction):
         return ""
     values = [float(track.mu[at]) for track, at in outcome.known_tracks(ground)]
     return (
@@ -245,24 +249,24 @@ def _differences(outcome: FrictionOutcome, ground: str, friction: GroundFriction
     )
 
 
-def _on_ground(outcome: FrictionOutcome, ground: str, label: str = EKF_FOUND) -> str:
+def _on_ground(outcome: AssumedAndFoundFriction, ground: str, label: str = EKF_FOUND) -> str:
     """Friction on a ground in a phrase: for a further recording, or else of each."""
     where = f" on {ground}" * bool(ground)
-    if band := outcome.bands(label).get(ground):
+    if band := outcome.last_band_by_ground(label).get(ground):
         by, count = band.recordings, len(outcome.grounds[ground])
         some = f" (by {by} of {count} recordings)" * (by < count)
         return f"{prediction_band(band)}{where}{some}"
     known = sorted(outcome.known_tracks(ground, label), key=lambda own: own[0].mu[own[1]])
-    values = [f"{last_usable_friction(track)} ({track.name})" for track, _ in known]
+    values = [f"{last_usable_friction_text(track)} ({track.name})" for track, _ in known]
     if len(values) > MAX_LISTED:
         return f"{values[0]} to {values[-1]}{where} in {len(values)} recordings"
     return (listed(values) or "not known") + where
 
 
-def _open_questions(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
+def _open_questions(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction) -> list[str]:
     """What the recordings leave open, each in a phrase."""
     parts = []
-    if never := outcome.never_known():
+    if never := outcome.recordings_without_friction():
         parts.append(f"friction in {listed(never)}")
     ending = [track for track in outcome.tracks_of().values() if track.ends_early]
     if early := [f"{t.name} after {t.t[t.last_usable]:.1f} s" for t in ending]:
@@ -270,7 +274,7 @@ def _open_questions(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]
         parts.append(f"friction in {listed(early)} (told is the value until then{heaviest})")
     for e in diagnosis.effects:
         rivals = listed([effect_words(name) for name in (e.name, *e.indistinguishable_from)], "or")
-        if e.grade == "ambiguous" and several_mechanisms(e):
+        if e.grade == "ambiguous" and has_rival_mechanism(e):
             parts.append(f"which of {rivals} it is")
     unconfirmed, weak, odd = doubtful_effects(diagnosis)
     if unconfirmed:

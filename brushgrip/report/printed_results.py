@@ -2,30 +2,30 @@
 
 from collections.abc import Mapping
 
-from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome, found_model
-from brushgrip.outputs.console import print_table, print_text, say, warn
-from brushgrip.report.friction_summary import widest_causes
+from brushgrip.estimation.assumed_and_found_friction import AssumedAndFoundFriction, found_model
+from brushgrip.outputs.console import print_line, print_table, print_text, warn
+from brushgrip.report.friction_summary import causes_of_band_text
 from brushgrip.report.plain_summary import (
     friction_and_notes,
-    lines_to_send,
     repeatability_in_words,
+    summary_mail_parts,
 )
 from brushgrip.report.tables import (
     errors_by_stage,
     friction_by_recording,
     settling_and_coverage_table,
 )
-from brushgrip.report.validity_and_missing_effects import notes_beside
+from brushgrip.report.validity_and_missing_effects import notes_not_in_text
 from brushgrip.report.verdict import verdict
 from brushgrip.wording.diagnosis_in_words import (
     GRADES,
     experiment_in_words,
-    explained_grade,
+    grade_reason_sentence,
     headline,
     mechanism,
+    model_use_text,
     proposed_recordings,
     rivals_of,
-    use_of_model,
 )
 from brushgrip.wording.formatting import (
     candidate_parameters,
@@ -57,16 +57,16 @@ DOUBTFUL = 2.0
 """Standard deviations of a slide factor by what is declared, beyond which it is doubted."""
 
 
-def say_model_ground(grounds: Mapping[str, str | None], found: FoundModel | None) -> None:
+def print_ground_values(grounds: Mapping[str, str | None], found: FoundModel | None) -> None:
     """A line for each ground of recordings on the values that a model has for it."""
     for ground in dict.fromkeys(grounds.values() if found else ()):
         names = [name for name, one in grounds.items() if one == ground]
-        if found and (taken := found.ground_taken(ground)):
-            say(f"{listed(names) if len(names) <= FEW else f'{len(names)} recordings'}: {taken}")
+        if found and (taken := found.ground_used_text(ground)):
+            print_line(f"{listed(names) if len(names) <= FEW else f'{len(names)} recordings'}: {taken}")
 
 
 def print_diagnosis(
-    diagnosis: Diagnosis, outcome: FrictionOutcome | None = None, warning: str = ""
+    diagnosis: Diagnosis, outcome: AssumedAndFoundFriction | None = None, warning: str = ""
 ) -> None:
     """Print the finding, friction, errors, effects and what is unexplained; a warning goes first."""
     if warning:
@@ -81,12 +81,12 @@ def print_diagnosis(
     if outcome:
         friction = friction_by_recording(outcome, diagnosis)
         print_table(friction.caption, friction.headings, friction.rows, overflow="fold")
-        if causes := widest_causes(outcome):
+        if causes := causes_of_band_text(outcome):
             print_text(causes)
     errors = errors_by_stage(diagnosis)
     title = "Torque error, root mean square, in N m and in % of range"
     print_table(title, errors.headings, errors.rows, right=True)
-    print_text(f"Refitted: {diagnosis.signatures_before.reading}")
+    print_text(f"Refitted: {diagnosis.signatures_before.summary_paragraph}")
     if diagnosis.effects:
         print_table(
             "Effects found",
@@ -98,7 +98,9 @@ def print_diagnosis(
         )
     for effect in diagnosis.effects:
         if effect.grade != "strong":
-            print_text(f"{effect_words(effect.name)}, {GRADES[effect.grade]}: {explained_grade(effect)}")
+            print_text(
+                f"{effect_words(effect.name)}, {GRADES[effect.grade]}: {grade_reason_sentence(effect)}"
+            )
     for letter, (_, proposal) in proposed_recordings(diagnosis).items():
         print_text(f"next recording {letter}: {experiment_in_words(proposal)}")
     for proposal in (e.experiment for e in diagnosis.effects if e.experiment):
@@ -113,13 +115,13 @@ def print_diagnosis(
             " over the last one. Standard deviation: of μ_eff, median."
         )
     print_text(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
-    to_send, details = lines_to_send(diagnosis, outcome, warning) if outcome else ([], [])
+    to_send, details = summary_mail_parts(diagnosis, outcome, warning) if outcome else ([], [])
     told = " ".join(item for _, items in (*to_send, *details) for item in items)
-    for note in notes_beside(diagnosis, told):
+    for note in notes_not_in_text(diagnosis, told):
         print_text(f"note: {note}")
     for line in filter(None, [repeatability_in_words(diagnosis), *rejected_user_effects(diagnosis)]):
         print_text(line)
-    print_text(use_of_model(diagnosis, found_model(diagnosis)))
+    print_text(model_use_text(diagnosis, found_model(diagnosis)))
     for title, parts in (("Before you act on it", details), ("To send", to_send)):
         if parts:
             print_text(title, style="bold")
@@ -179,14 +181,14 @@ def print_car_result(result: PlatesResult | TyresResult, car: Vehicle) -> None:
         print_table("Steering, wheels on plates", headings, rows)
         if result.damping.value < -2 * (result.damping.std or 0.0):
             warn("damping is below zero, as if gear friction fell with speed: the file gets 0")
-        say(
+        print_line(
             f"friction of the turntables is taken to be {PLATE_FRICTION:g} at most; each 0.01 more,"
             f" as of greased plates, is told as {0.01 * full_slide_rack_force(car):.0f} N of gear"
         )
         return
     rows.append(("unexplained, of full slide (rms)", percent(result.rest)))
     print_table("Tyres", headings, rows)
-    say(
+    print_line(
         f"slide_factor holds for a front axle load of {car.front_axle_load:g} N, these tyres and"
         " this pressure; declare another load where passengers or cargo change it, and identify"
         " anew where by more than a tenth"

@@ -7,18 +7,21 @@ from typing import Any
 
 from markupsafe import Markup
 
-from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome, mean_figures
+from brushgrip.estimation.assumed_and_found_friction import (
+    AssumedAndFoundFriction,
+    settling_and_coverage,
+)
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.report.friction_summary import (
     FIGURE_TEXTS,
     GROUP_LABELS,
-    at_common_load,
-    converted_to_common_load,
-    friction_is_by,
-    last_usable_friction,
+    common_load_clause,
+    common_load_text,
+    last_usable_friction_text,
     median_loads,
+    model_behind_friction_text,
     note_on_changing_friction,
-    usable_until,
+    usable_span_text,
 )
 from brushgrip.wording.diagnosis_in_words import GRADES, parameter_words_and_owner, rivals_of
 from brushgrip.wording.formatting import (
@@ -47,44 +50,45 @@ class ReportTable:
     narrow: bool = False  # No wider than its content.
 
 
-def friction_by_recording(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTable:
+def friction_by_recording(friction: AssumedAndFoundFriction, diagnosis: Diagnosis) -> ReportTable:
     """Friction of each recording, by ground: what the first screen shows."""
     tracks, named = friction.tracks_of(), any(friction.grounds)
     loads = median_loads(diagnosis)
     rows = [
         (
             *(name, *[ground or "–"][:named], f"{loads[name]:.0f}" if name in loads else "–"),
-            *(last_usable_friction(tracks[name]), usable_until(tracks[name])),
+            *(last_usable_friction_text(tracks[name]), usable_span_text(tracks[name])),
         )
         for ground, names in friction.grounds.items()
         for name in sorted(names, key=lambda name: loads.get(name, 0.0))
         if name in tracks
     ]
     return ReportTable(
-        caption=f"Last usable friction μ_eff of each recording {friction_is_by(friction, diagnosis)},"
-        " ± 95 % band (if model and tolerances are right), and when it is usable"
-        + "; for a further recording the ± of the ground counts" * bool(friction.bands())
+        caption="Last usable friction μ_eff of each recording"
+        f" {model_behind_friction_text(friction, diagnosis)}, ± 95 % band (if model and tolerances are"
+        " right), and when it is usable"
+        + "; for a further recording the ± of the ground counts" * bool(friction.last_band_by_ground())
         + "; a dash where none is, or too much contradicts it later" * any(r[-2] == "–" for r in rows)
-        + f"; {converted_to_common_load(friction)}" * (friction.load is not None)
+        + f"; {common_load_clause(friction)}" * (friction.load is not None)
         + "; --ground NAME says it for a further recording too" * (not named),
         headings=(
             *("recording", *["ground"][:named], "median load [N]"),
-            *(f"μ_eff{at_common_load(friction)}", "usable"),
+            *(f"μ_eff{common_load_text(friction)}", "usable"),
         ),
         rows=rows,
         words=(1, 4) if named else (3,),
     )
 
 
-def settling_and_coverage_table(friction: FrictionOutcome, diagnosis: Diagnosis) -> ReportTable:
+def settling_and_coverage_table(friction: AssumedAndFoundFriction, diagnosis: Diagnosis) -> ReportTable:
     """Figures of settling and coverage before → after for each group, each with what it means."""
     rows = []
-    groups = dict(reversed(friction.groups().items()))
+    groups = dict(reversed(friction.training_and_holdout_names().items()))
     stages = (friction.before, friction.after)
     for figure, (label, factor, text, words) in FIGURE_TEXTS.items():
         cells = []
         for names in groups.values():
-            means = [mean_figures(stage, names)[figure] for stage in stages]
+            means = [settling_and_coverage(stage, names)[figure] for stage in stages]
             pair = " → ".join("–" if mean is None else text.format(factor * mean) for mean in means)
             known = min(sum(getattr(stage[n], figure) is not None for n in names) for stage in stages)
             # A mean over fewer recordings than there are says so.
@@ -107,9 +111,9 @@ def friction_by_observer(tracks: Sequence[FrictionTrack]) -> ReportTable:
     alike: dict[tuple[str, ...], list[str]] = {}
     for t in tracks:
         reference = "–" if t.reference is None else f"{t.reference:.3f}"
-        alike.setdefault((t.name, last_usable_friction(t), reference, usable_until(t)), []).append(
-            t.label
-        )
+        alike.setdefault(
+            (t.name, last_usable_friction_text(t), reference, usable_span_text(t)), []
+        ).append(t.label)
     return ReportTable(
         caption="Friction μ_eff ± 95 % band at the last usable sample; observers that agree share a row"
         + (f". Reference: {listed(list(labels))} afterwards" if labels else ""),
@@ -131,7 +135,7 @@ def errors_by_stage(diagnosis: Diagnosis) -> ReportTable:
         columns["holdout_torque_nrmse_unrefitted"] = "nothing adjusted [%]"
     if diagnosis.after.left_out:
         columns["left_out_torque_nrmse"] = "left out in turn [%]"
-    means = {stage: errors.summary() for stage, errors in error_stages(diagnosis).items()}
+    means = {stage: errors.summary() for stage, errors in torque_errors_by_stage(diagnosis).items()}
     return ReportTable(
         caption="Torque error, root mean square, in N m and in % of range; mean of recordings",
         headings=("model", *columns.values()),
@@ -142,14 +146,14 @@ def errors_by_stage(diagnosis: Diagnosis) -> ReportTable:
     )
 
 
-def error_stages(diagnosis: Diagnosis) -> dict[str, TorqueErrors]:
+def torque_errors_by_stage(diagnosis: Diagnosis) -> dict[str, TorqueErrors]:
     """Errors of each stage of the model, by its name in reports."""
     return {"assumed": diagnosis.declared, "refitted": diagnosis.before, "found": diagnosis.after}
 
 
 def errors_by_recording(diagnosis: Diagnosis) -> ReportTable:
     """Errors of each recording; those that got worse are marked."""
-    stages = error_stages(diagnosis)
+    stages = torque_errors_by_stage(diagnosis)
     both = {name: stages[name] for name in ("refitted", "found")}
     worse = worse_recordings(diagnosis)
     headings = ["recording", "used for"]
@@ -190,7 +194,7 @@ def residual_correlations(diagnosis: Diagnosis) -> ReportTable:
                 s.signal,
                 _correlation_cell(s),
                 _correlation_cell(after[s.signal]),
-                s.reading.removeprefix("usually ") if s.stands_out else "",
+                s.reading.removeprefix("usually ") if s.is_significant_and_large else "",
             )
             for s in before
         ],
@@ -201,7 +205,7 @@ def residual_correlations(diagnosis: Diagnosis) -> ReportTable:
 def _correlation_cell(signature: SignalCorrelation) -> str:
     if signature.band > 0.995:  # Nothing of the signal is left.
         return "fitted, not testable"
-    mark = "*" if signature.leaves_band else ""
+    mark = "*" if signature.is_significant else ""
     value = f"{signature.correlation:+.2f}".replace("-", "−")
     return f"{value if value.strip('+−0.') else '0.00'}{mark} ({signature.band:.2f})"
 

@@ -8,13 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.estimation.assumed_and_found_friction import EKF_DECLARED, EKF_FOUND, FrictionOutcome
+from brushgrip.estimation.assumed_and_found_friction import (
+    EKF_DECLARED,
+    EKF_FOUND,
+    AssumedAndFoundFriction,
+)
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import digest_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
-from brushgrip.report.friction_summary import is_as_declared
-from brushgrip.report.provisional_friction import stiffness_cases
+from brushgrip.report.friction_and_found_stiffness import stiffness_explanations
+from brushgrip.report.friction_summary import is_by_declared_vehicle
 from brushgrip.report.what_effects_do import (
     MECHANISMS,
     OVER_SPEED,
@@ -24,7 +28,7 @@ from brushgrip.report.what_effects_do import (
 from brushgrip.wording.diagnosis_in_words import CLEAR, is_unconfirmed, unexplained_is_larger
 from brushgrip.wording.formatting import effect_words, judging_error_name, listed, percent, sentence
 from identification import Diagnosis, FoundEffect
-from identification.diagnosis.found_stiffness import OFF_STIFFNESS
+from identification.diagnosis.found_vs_declared_stiffness import OFF_STIFFNESS
 from identification.diagnosis.from_search import BEYOND_RANGE
 from identification.diagnosis.graded_effects import ASSUMED
 from symbolic import EFFECTS, InvalidInputError
@@ -58,7 +62,7 @@ def demo_recordings_warning(provenance: Mapping[str, Any] | None) -> str:
     )
 
 
-def validity(diagnosis: Diagnosis, slide_rate: float | None, slide_speed: float | None) -> str:
+def validity_text(diagnosis: Diagnosis, slide_rate: float | None, slide_speed: float | None) -> str:
     """What friction at a rate of turning [rad/s] and of sliding [m/s] is valid for; None: not told."""
     loads = [series.F_N[np.isfinite(series.F_N)] for series in diagnosis.series]
     known = np.concatenate(loads) if loads else np.empty(0)
@@ -88,9 +92,9 @@ def band_caveats(diagnosis: Diagnosis) -> list[str]:
     return [*map(sentence, doubtful), " ".join([*assumed, f"The ± of friction covers {covered}."])]
 
 
-def notes_beside(diagnosis: Diagnosis, told: str) -> list[str]:
+def notes_not_in_text(diagnosis: Diagnosis, told: str) -> list[str]:
     """The notes of a diagnosis that a text does not tell; that on the stiffness is told case by case."""
-    begun = [case for case in stiffness_cases(diagnosis)[:1] if case in told]
+    begun = [case for case in stiffness_explanations(diagnosis)[:1] if case in told]
     return [
         note
         for note in diagnosis.notes
@@ -98,7 +102,7 @@ def notes_beside(diagnosis: Diagnosis, told: str) -> list[str]:
     ]
 
 
-def missing_effects(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None) -> list[str]:
+def missing_effects(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction | None = None) -> list[str]:
     """What the assumed model leaves out (`LEFT_OUT`), an item each; empty where nothing is certain.
 
     With an outcome its friction, by the model found, was told before.
@@ -114,7 +118,9 @@ def missing_effects(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
         else:
             several = len(effects) > 1
             copies = "Corrections stand in for it" if several else "A correction stands in for it"
-            without = "" if outcome is None else _without_stand_ins("them" if several else "it", outcome)
+            without = (
+                "" if outcome is None else _no_stand_ins_clause("them" if several else "it", outcome)
+            )
             told.append(f"a further cause, unknown. {copies}{without}")
     if diagnosis.unexplained.present:
         unknown = "an error beyond noise remains, of unknown cause, which the model found leaves out too"
@@ -130,7 +136,7 @@ def missing_effects(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
     ]
 
 
-def result_in_plain_words(diagnosis: Diagnosis) -> str:
+def unclear_result_text(diagnosis: Diagnosis) -> str:
     """What a search without a clear effect came to, in sentences."""
     unknown = diagnosis.unexplained
     names = {g: [effect_words(e.name) for e in diagnosis.effects if e.grade == g] for g in UNCLEAR}
@@ -147,7 +153,7 @@ def result_in_plain_words(diagnosis: Diagnosis) -> str:
     return told + rest * unknown.present
 
 
-def _without_stand_ins(them: str, outcome: FrictionOutcome) -> str:
+def _no_stand_ins_clause(them: str, outcome: AssumedAndFoundFriction) -> str:
     """Friction without the stand-ins, a clause; empty where that is not known."""
     changes: dict[str, list[str]] = {}
     for ground, ratio in outcome.without_stand_ins.items():
@@ -184,7 +190,7 @@ def _cause(diagnosis: Diagnosis, effect: FoundEffect) -> str:
     return listed(list(dict.fromkeys(known.get(f, effect_words(name)) for f, name in pairs)), "or")
 
 
-def several_mechanisms(effect: FoundEffect) -> bool:
+def has_rival_mechanism(effect: FoundEffect) -> bool:
     """Whether an effect may be one of another mechanism."""
     return any(_family_of(name) != effect.family for name in effect.indistinguishable_from)
 
@@ -193,18 +199,18 @@ def _family_of(name: str) -> str:
     return EFFECTS[name].family if name in EFFECTS else "other"
 
 
-def benefit_for_friction(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
+def benefit_for_friction(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction) -> str:
     """What the model found changes for friction, in a sentence; empty where it changes nothing."""
     declared, found = (list(outcome.tracks_of(label).values()) for label in (EKF_DECLARED, EKF_FOUND))
-    if is_as_declared(outcome, diagnosis) or not diagnosis.effects or not declared or not found:
+    if is_by_declared_vehicle(outcome, diagnosis) or not diagnosis.effects or not declared or not found:
         return ""
     return (
-        f"A value of friction comes out in {_known(found)} by the model found; in {_known(declared)} by"
-        " the assumed model."
+        f"A value of friction comes out in {_known_recordings_text(found)} by the model found;"
+        f" in {_known_recordings_text(declared)} by the assumed model."
     )
 
 
-def _known(tracks: Sequence[FrictionTrack]) -> str:
+def _known_recordings_text(tracks: Sequence[FrictionTrack]) -> str:
     """In how many recordings friction is known, since when, and in how many of them not to the end."""
     known = [track for track in tracks if track.last_usable is not None]
     if not known:
@@ -225,7 +231,7 @@ def adjusted_values_in_words(diagnosis: Diagnosis) -> str:
     )
 
 
-def error_to_quote(diagnosis: Diagnosis) -> tuple[str, str]:
+def error_text_and_basis(diagnosis: Diagnosis) -> tuple[str, str]:
     """The torque error stage by stage: with nothing adjusted, if that is known; and how it is told."""
     bare = diagnosis.after.unrefitted
     (kind, judging), count = judging_error_name(diagnosis), len(bare or diagnosis.holdout)

@@ -76,17 +76,17 @@ def size_of(effect: FoundEffect) -> str:
     told = []
     for name, convert in figures:
         span = sorted(convert(value) for value in values[name])
-        told.append(" to ".join(dict.fromkeys(_figure(value) for value in (span[0], span[-1]))))
+        told.append(" to ".join(dict.fromkeys(_two_digits(value) for value in (span[0], span[-1]))))
     return template.format(*told)
 
 
-def _figure(value: float) -> str:
+def _two_digits(value: float) -> str:
     """Two significant digits."""
     text = f"{value:.0f}" if abs(value) >= 100 else f"{float(f'{value:.2g}'):g}"
     return text.replace("-", "−")
 
 
-def _of_load(power: float) -> float:
+def _percent_at_more_load(power: float) -> float:
     """Change of what goes with a power of the load, at `MORE_LOAD` [%]."""
     return 100 * (float(MORE_LOAD**power) - 1)
 
@@ -95,7 +95,7 @@ def _per_degree(of_radian: float) -> float:
     return of_radian / degrees(1)
 
 
-def _inverse_degrees(stiffness: float) -> float:
+def _degrees_per_torque(stiffness: float) -> float:
     """Angle for a torque of 1 [degree]."""
     return degrees(1 / stiffness)
 
@@ -106,7 +106,7 @@ def _times(factor: float) -> Callable[[float], float]:
 
 _Size = tuple[str, Sequence[tuple[str, Callable[[float], float]]]]
 _PLAY: _Size = ("{}° or {} rad from end to end", [("gap", degrees), ("gap", _times(1))])
-_TWIST: _Size = ("by {}° for each N m", [("k_t", _inverse_degrees)])
+_TWIST: _Size = ("by {}° for each N m", [("k_t", _degrees_per_torque)])
 _VISCOUS: _Size = ("{} N m at 1 rad/s (57°/s)", [("c", _times(1))])
 _SPRING: _Size = ("{} N m for each degree", [("stiffness", _per_degree)])
 _SIZES: Mapping[str, _Size] = {
@@ -130,9 +130,9 @@ _SIZES: Mapping[str, _Size] = {
     "brakes_and_scrub": ("as if it were {} mm wide", [("half_width", _times(2e3))]),
     "pressure_shape": ("exponent {}, which is 2 of a parabola", [("exponent", _times(1))]),
     "pressure_skew": ("by {} % of the half-length", [("skew", lambda skew: 20 * abs(skew))]),
-    "contact_length": ("10 % more load makes it {} % longer", [("n", _of_load)]),
+    "contact_length": ("10 % more load makes it {} % longer", [("n", _percent_at_more_load)]),
     "load_dependent_friction": (
-        "10 % more load changes it by {} %", [("n", lambda n: _of_load(-n))]
+        "10 % more load changes it by {} %", [("n", lambda n: _percent_at_more_load(-n))]
     ),
     "friction_drift": (
         "by {} % in the end, most of it within {}° of turning",

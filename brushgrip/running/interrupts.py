@@ -14,7 +14,7 @@ _IMPORT_SYSTEM = "<frozen importlib._bootstrap>"
 _CASADI = "casadi.py"
 
 
-class Interruptions:
+class InterruptHandler:
     """Raises KeyboardInterrupt once, where Python code can handle it, and never after `end`.
 
     Amid an import, compiled code would print it as a fault; amid a function of CasADi's module, which
@@ -28,37 +28,37 @@ class Interruptions:
         self._waits = False
         self._print_unraisable = sys.unraisablehook
 
-    def listen(self) -> None:
+    def install_signal_handlers(self) -> None:
         """Hear the signals from now on, those that the process was started deaf to excepted."""
         for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):
             handler = signal.default_int_handler if name == "SIGINT" else signal.SIG_DFL
             number = getattr(signal, name, None)
             if number is not None and signal.getsignal(number) == handler:
-                signal.signal(number, self._heard)
+                signal.signal(number, self._on_signal)
         if hasattr(signal, "setitimer"):
-            signal.signal(signal.SIGALRM, self._look_again)
+            signal.signal(signal.SIGALRM, self._on_timer)
             sys.unraisablehook = self._unraisable
 
-    def end(self) -> None:
+    def stop_interrupting(self) -> None:
         """Interrupt nothing from now on: at its end Python would print a traceback."""
         self.is_over = True
         if self._waits:
             signal.setitimer(signal.ITIMER_REAL, 0)
 
-    def catch_up(self) -> None:
+    def raise_pending_interrupt(self) -> None:
         """Interrupt now what was told to end while it was imported."""
         if self._waits:
             self._interrupt()
 
-    def _heard(self, _number: int, frame: FrameType | None) -> None:
+    def _on_signal(self, _number: int, frame: FrameType | None) -> None:
         if self.is_over:
             return
         if not self._waits and hasattr(signal, "setitimer") and _is_in_import_or_casadi(frame):
-            self._wait()
+            self._start_retry_timer()
         else:
             self._interrupt()
 
-    def _look_again(self, _number: int, frame: FrameType | None) -> None:
+    def _on_timer(self, _number: int, frame: FrameType | None) -> None:
         if self.is_over or not _is_in_import_or_casadi(frame):
             self._interrupt()
 
@@ -66,9 +66,9 @@ class Interruptions:
         if not issubclass(fault.exc_type, KeyboardInterrupt):
             self._print_unraisable(fault)
         elif not self.is_over:
-            self._wait()
+            self._start_retry_timer()
 
-    def _wait(self) -> None:
+    def _start_retry_timer(self) -> None:
         self._waits = True
         signal.setitimer(signal.ITIMER_REAL, _BETWEEN_LOOKS, _BETWEEN_LOOKS)
 
@@ -91,20 +91,20 @@ def _is_in_import_or_casadi(frame: FrameType | None) -> bool:
     return False
 
 
-def run_process(load: Callable[[], Callable[[], None]]) -> None:
+def run_command_and_exit(load: Callable[[], Callable[[], None]]) -> None:
     """Runs the command that `load` imports and exits, with status 130 where it was told to end."""
-    interruptions = Interruptions()
+    interruptions = InterruptHandler()
     try:
         try:
-            interruptions.listen()
+            interruptions.install_signal_handlers()
             command = load()
-            interruptions.catch_up()
+            interruptions.raise_pending_interrupt()
             command()
         finally:
-            interruptions.end()
+            interruptions.stop_interrupting()
             # Nothing is collected as the process ends, which would take half a second.
             gc.freeze()
     except KeyboardInterrupt:
-        interruptions.end()
+        interruptions.stop_interrupting()
         raise SystemExit(INTERRUPTED) from None
     raise SystemExit(0)

@@ -11,8 +11,12 @@ from weakref import finalize
 
 import numpy as np
 
-from brushgrip.wording.formatting import is_figure
-from brushgrip.wording.recording_remarks import usual_duration, with_early_end, with_map_of_its_own
+from brushgrip.wording.formatting import is_number
+from brushgrip.wording.recording_remarks import (
+    row_with_early_end_remark,
+    row_with_map_for_it_alone,
+    usual_duration,
+)
 
 Row = Mapping[str, str | int | float]
 
@@ -38,9 +42,9 @@ class RowSpool(Sequence[Row]):
     def put(self, number: int, row: Row) -> None:
         """Write the row of this number."""
         self._places[number] = self._file.seek(0, SEEK_END)
-        if is_figure(row["duration"]):
+        if is_number(row["duration"]):
             self._durations[number] = row["duration"]
-        self._known[number] = is_figure(row.get("mu_eff"))
+        self._known[number] = is_number(row.get("mu_eff"))
         try:
             print(json.dumps(dict(row)), file=self._file, flush=True)
         except OSError as error:
@@ -53,9 +57,9 @@ class RowSpool(Sequence[Row]):
         self._file.seek(self._places[number])
         row = json.loads(self._file.readline())
         if self._known.any() and not self._known[number]:
-            row = with_map_of_its_own(row)
-        return with_early_end(row, self._usual)
+            row = row_with_map_for_it_alone(row)
+        return row_with_early_end_remark(row, self._usual_duration)
 
     @cached_property
-    def _usual(self) -> float:
+    def _usual_duration(self) -> float:
         return usual_duration(self._durations[np.isfinite(self._durations)])

@@ -13,7 +13,7 @@ from brushgrip.wording.formatting import csv_field
 from brushgrip.wording.friction_in_words import undeclared_sensor_note
 from identification import Recording
 from observers import Estimates, Status
-from observers.quality.usable_stretches import last_usable, usable_since
+from observers.quality.usable_stretches import last_usable, steadily_usable_since
 
 FLAGS = {
     name: Status[name.upper()]
@@ -49,7 +49,7 @@ FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 def summary_row(recording: Recording, estimates: Estimates, beside: str = "") -> Row:
     """The row of a recording that has been estimated."""
-    at, measured = last_usable(estimates), estimates.measured
+    at, measured = last_usable(estimates), estimates.has_measured_torque
     of_rig = at is not None and recording.standstills is None
     is_limit = of_rig and undeclared_sensor_note(float(estimates.mu_eff[at]), recording.rig) != ""
     count = max(1, int(measured.sum()))
@@ -69,15 +69,15 @@ def summary_row(recording: Recording, estimates: Estimates, beside: str = "") ->
         "duration": float(estimates.t[-1] - estimates.t[0]),
         **{name: nan if at is None else float(getattr(estimates, name)[at]) for name in FRICTION},
         "weaker": nan if at is None else 0.0,
-        "first_usable": nan if at is None else estimates.usable_from,
+        "first_usable": nan if at is None else estimates.first_usable_time,
         "last_usable": nan if at is None else float(estimates.t[at]),
         "since_usable": nan if at is None else float(estimates.t[measured][-1] - estimates.t[at]),
         "usable": estimates.usable_share,
         "informed": float((estimates.informed & measured).sum()) / count,
         **{name: share(flag) for name, flag in FLAGS.items()},
-        "wide": float((estimates.wide & measured).sum()) / count,
+        "wide": float((estimates.is_too_uncertain & measured).sum()) / count,
         "changes": int(np.count_nonzero(estimates.status & Status.RESET)),
-        "steady_from": nan if at is None else usable_since(estimates)[0],
+        "steady_from": nan if at is None else steadily_usable_since(estimates)[0],
         "upper_limit": nan if at is None else int(is_limit),
         "fault": "",
         "remark": beside,

@@ -14,7 +14,7 @@ from symbolic.compilation.cache_folder import cache_directory
 @contextmanager
 def trial_journal(out: Path) -> Iterator[Journal | None]:
     """A journal, which stays where the search is not done; None where no folder can be written."""
-    folder = _place(out.resolve())
+    folder = _first_writable_folder(out.resolve())
     if folder is None:
         warn("what is found cannot be kept, no folder can be written; interrupted, all begins anew")
         yield None
@@ -32,7 +32,7 @@ def trial_journal(out: Path) -> Iterator[Journal | None]:
     shutil.rmtree(folder, ignore_errors=True)
 
 
-def _place(final: Path) -> Path | None:
+def _first_writable_folder(final: Path) -> Path | None:
     """The first folder that can be written: beside the results, in them, in the user's cache."""
     beside = next((parent for parent in final.parents if parent.is_dir()), final)
     name = hashlib.sha256(bytes(final)).hexdigest()[:16]

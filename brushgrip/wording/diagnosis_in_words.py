@@ -5,6 +5,7 @@ from dataclasses import replace
 from string import ascii_uppercase
 
 from brushgrip.wording.formatting import (
+    add_degrees_behind_radians,
     effect_words,
     judging_error_before_and_after,
     listed,
@@ -12,10 +13,9 @@ from brushgrip.wording.formatting import (
     sentence,
     unrefitted_error,
     value_with_std,
-    with_degrees,
 )
 from identification import Diagnosis, FoundEffect, FoundModel, ParameterEstimate
-from identification.diagnosis.declared_values import says_declared_value_is_off
+from identification.diagnosis.contradicted_declared_values import says_declared_value_is_off
 from identification.diagnosis.graded_effects import CLEAR_ERRORS, UNRECORDED_LOAD
 from identification.experiments.proposed_experiment import Proposal
 from identification.selection.criteria import CLEAR_BIC
@@ -54,7 +54,7 @@ def headline(diagnosis: Diagnosis) -> str:
             else f"The assumed model lacks nothing{beside} that these recordings could show"
         )
         return f"{verdict}: {kind} error {after} of range{_unrefitted_clause(diagnosis)}."
-    found = _found(diagnosis)
+    found = _findings_text(diagnosis)
     if diagnosis.unexplained.present:
         rest = percent(diagnosis.unexplained.structured)
         if unexplained_is_larger(diagnosis):
@@ -74,7 +74,7 @@ def _unrefitted_clause(diagnosis: Diagnosis) -> str:
     return f", but {percent(error)} with nothing adjusted: there friction, lengths or load differ"
 
 
-def judging_may_be_of_another_wheel(diagnosis: Diagnosis) -> bool:
+def is_validation_wheel_doubtful(diagnosis: Diagnosis) -> bool:
     """Whether with nothing adjusted the model found is hardly better than none, or a value seems off."""
     if (error := unrefitted_error(diagnosis)) is None:
         return False
@@ -92,7 +92,7 @@ def unexplained_is_larger(diagnosis: Diagnosis) -> bool:
     return not clear or diagnosis.unexplained.structured > before - after
 
 
-def _found(diagnosis: Diagnosis) -> str:
+def _findings_text(diagnosis: Diagnosis) -> str:
     """Findings in words; only effects with clear figures are said to be missing."""
     clear, weak, odd = (
         [e for e in diagnosis.effects if e.grade in grades]
@@ -142,7 +142,7 @@ def mechanism(effect: FoundEffect) -> str:
     return _family(effect.family, [replace(effect, grade="strong")])
 
 
-def explained_grade(effect: FoundEffect) -> str:
+def grade_reason_sentence(effect: FoundEffect) -> str:
     """Why an effect has its grade, in one sentence."""
     errors, rivals = effect.standard_errors, rivals_of(effect)
     fall = (
@@ -167,7 +167,7 @@ def explained_grade(effect: FoundEffect) -> str:
             return f"{fall}, and no other effect with as few parameters does as well."
 
 
-def part_shown(diagnosis: Diagnosis, count: int, otherwise: str) -> str:
+def recordings_shown_note(diagnosis: Diagnosis, count: int, otherwise: str) -> str:
     """Which recordings a picture has room for, in a sentence; empty where it shows all.
 
     `otherwise` go first where none is held out.
@@ -185,8 +185,8 @@ def proposed_recordings(diagnosis: Diagnosis) -> dict[str, tuple[FoundEffect, Pr
 
 def experiment_in_words(proposal: Proposal) -> str:
     """A proposed experiment with angles in degrees too, and which way to turn first."""
-    words = with_degrees(sentence(proposal.sentence))
-    return f"{words} {proposal.manoeuvre.first_stroke}" if proposal.feasible else words
+    words = add_degrees_behind_radians(sentence(proposal.sentence))
+    return f"{words} {proposal.manoeuvre.first_stroke_sentence}" if proposal.feasible else words
 
 
 def is_unconfirmed(effect: FoundEffect) -> bool:
@@ -204,12 +204,12 @@ def doubtful_effects(diagnosis: Diagnosis) -> tuple[list[str], list[str], list[s
     return _names(unconfirmed), _names(weak), _names(odd)
 
 
-def is_single(diagnosis: Diagnosis) -> bool:
+def is_single_recording(diagnosis: Diagnosis) -> bool:
     """Whether there is one recording, which nothing judges."""
     return len(diagnosis.recordings) + len(diagnosis.holdout) == 1
 
 
-def note_on(diagnosis: Diagnosis, beginning: str) -> str:
+def find_note(diagnosis: Diagnosis, beginning: str) -> str:
     """The first note of a diagnosis that begins so; empty where none does."""
     return next((note for note in diagnosis.notes if note.startswith(beginning)), "")
 
@@ -239,7 +239,7 @@ def parameter_words_and_owner(label: str) -> tuple[str, str]:
     return text, owner.removesuffix("]")
 
 
-def use_of_model(diagnosis: Diagnosis, found: FoundModel) -> str:
+def model_use_text(diagnosis: Diagnosis, found: FoundModel) -> str:
     """Friction by `estimate` with the model of a diagnosis."""
     if not diagnosis.of_car:
         return f"With model.json the command estimate uses {taken_from_model(found)}."
@@ -257,7 +257,7 @@ def taken_from_model(found: FoundModel) -> str:
     """What an observer takes from a model file, and on how many recordings that stands."""
     basis, model = found.basis, found.model
     grades = {} if basis is None else basis.grades
-    own = [effect.name for effect in model.effects if effect.of_recordings]
+    own = [effect.name for effect in model.effects if effect.is_per_recording]
     parts = [
         effect_words(name) + (f" ({GRADES.get(grades[name], grades[name])})" if name in grades else "")
         for name in (effect.name for effect in model.effects)
@@ -272,17 +272,17 @@ def taken_from_model(found: FoundModel) -> str:
     if found.error is not None and not kept:
         full_slide = found.error.relative is None
         whole = "the torque of full slide" if full_slide else "the torque's range"
-        share = found.error.share * (1 if full_slide else 0.5)
+        share = found.error.share_of_torque * (1 if full_slide else 0.5)
         parts.append(f"the error that observers allow the model, {percent(share)} of {whole}")
     line = listed(parts)
     if own:
         line += f"; not {listed([effect_words(name) for name in own])}, which belongs to a recording"
     if kept:
         line += "; at least the error of the assumed model, as no effect surely explains what is left"
-    return f"{line}. {_standing(found)}"
+    return f"{line}. {_model_basis_sentence(found)}"
 
 
-def _standing(found: FoundModel) -> str:
+def _model_basis_sentence(found: FoundModel) -> str:
     basis = found.basis
     if basis is None:
         return "The file does not say how many recordings that stands on"

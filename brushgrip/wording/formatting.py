@@ -55,7 +55,7 @@ def sentence(text: str) -> str:
     return text if not text or text[-1] in ".!?" else f"{text}."
 
 
-def with_degrees(text: str) -> str:
+def add_degrees_behind_radians(text: str) -> str:
     """The text with every angle and rate in rad in degrees behind it."""
 
     def degrees(found: re.Match[str]) -> str:
@@ -244,6 +244,6 @@ def band_decimals(half: float) -> int:
     return 2 if half >= TWO_DECIMALS_FROM else 3
 
 
-def is_figure(value: object) -> TypeGuard[float]:
+def is_number(value: object) -> TypeGuard[float]:
     """Whether a cell of a summary holds a number."""
     return isinstance(value, float) and math.isfinite(value)

@@ -11,11 +11,11 @@ from observers.estimates import BAND_STDS
 from observers.planning.uncertainty_budget import REST, SLOPE
 from observers.protocol import UNCHECKED, uninformed_remedy
 from observers.quality.usable_stretches import (
-    ground_before,
-    last_ground,
+    estimates_on_previous_ground,
+    last_ground_change_index,
     last_usable,
-    misfits,
-    usable_since,
+    steadily_usable_since,
+    unexplained_torque_mask,
 )
 from observers.tuning import OF_LENGTHS, OF_LOAD, OF_SCALE, OF_TUNING
 from symbolic import Rig
@@ -91,15 +91,17 @@ def with_95_band(value: float, std: float) -> str:
     return f"{value:.{digits}f} ± {half:.{digits}f}"
 
 
-def band_parts(budget: Mapping[str, float]) -> str:
+def band_composition_text(budget: Mapping[str, float]) -> str:
     """What a band is made of and what narrows it, in one line; empty where that is not known."""
     if not budget:
         return ""
     half = math.hypot(*budget.values())
     digits, largest = band_decimals(half), sorted(budget.items(), key=lambda part: -part[1])
-    remedy = how_to_narrow(largest[0][0])
+    remedy = how_to_narrow_band(largest[0][0])
     if AXLE_LOAD in budget:
-        remedy = TYRES_OF_CAR if remedy == OTHER_STIFFNESS else _on_command_line(remedy, of_car=True)
+        remedy = (
+            TYRES_OF_CAR if remedy == OTHER_STIFFNESS else _remedy_with_option_names(remedy, of_car=True)
+        )
     parts = (f"{name} {part:.{digits}f}" for name, part in largest if part >= LEAST_PART * half)
     return (
         f"the band ± {half:.{digits}f} is made of (the squares add up): {', '.join(parts)};"
@@ -122,7 +124,7 @@ def undeclared_sensor_note(mu: float, rig: Rig) -> str:
     )
 
 
-def how_to_narrow(cause: str) -> str:
+def how_to_narrow_band(cause: str) -> str:
     """What makes a part of a band smaller."""
     return NARROWED_BY.get(cause, f"measure the {cause}, and declare the tolerance")
 
@@ -154,8 +156,11 @@ def estimates_summary(
     if rejected := int(np.count_nonzero(estimates.status & Status.REJECTED)):
         parts.append(f"{rejected} {_plural(rejected, 'sample')} rejected")
     changes = int(np.count_nonzero(estimates.status & Status.RESET))
-    known, before = last_usable(estimates) is not None, "" if way else friction_before(estimates)
-    doubted, told = _misfits(estimates), f"; before {change_in_words(estimates)} {before}"
+    known, before = last_usable(estimates) is not None, "" if way else friction_before_text(estimates)
+    doubted, told = (
+        _is_ground_change_doubtful(estimates),
+        f"; before {ground_change_text(estimates)} {before}",
+    )
     if changes > 1 or (changes and (doubted or not (known and before))):
         of_model = " or misfits of the model" * doubted
         parts.append(f"{changes} {_plural(changes, 'change')} of the ground{of_model}")
@@ -183,7 +188,7 @@ def unusable_samples_and_remedy(
         return estimates.t.size, UNCHECKED
     counts = {flag: int(np.count_nonzero(estimates.status & flag)) for flag in Status if flag}
     # What ends in a new ground is of its change, which is told where friction is known on it.
-    wrong = misfits(estimates)
+    wrong = unexplained_torque_mask(estimates)
     changing = (estimates.status & (Status.RESET | Status.INCONSISTENT) != 0) & ~wrong
     counts[Status.RESET] = int(changing.sum()) * (last_usable(estimates) is None)
     counts[Status.INCONSISTENT] = int(wrong.sum())
@@ -195,8 +200,8 @@ def unusable_samples_and_remedy(
     for flag in (Status.SUSPECT, Status.BOUND):
         # The first small turns of a sound wheel may look like either.
         counts[flag] *= counts[flag] > MIN_REPORTED_SHARE * estimates.t.size
-    if estimates.wide.mean() > 0.5 or not estimates.usable.any():
-        counts[Status.USED] = int(estimates.wide.sum())
+    if estimates.is_too_uncertain.mean() > 0.5 or not estimates.usable.any():
+        counts[Status.USED] = int(estimates.is_too_uncertain.sum())
     # Whether the deviation can be believed goes before what happened to samples.
     first = [flag for flag in (Status.SUSPECT, Status.INCONSISTENT) if counts[flag]]
     flag = max(first or counts, key=lambda one: counts[one])
@@ -205,14 +210,14 @@ def unusable_samples_and_remedy(
     unexplained = counts[Status.INCONSISTENT] + counts[Status.REJECTED]
     mends = noise and not (flag is Status.SUSPECT and noise.startswith((LACKING, LACKING_STILL)))
     if mends and unexplained > MIN_REPORTED_SHARE * estimates.t.size:
-        return counts[flag], _with_time(estimates, f"{status_in_words(flag)}: {noise}")
-    wide = estimates.wide if estimates.wide.any() else -1
+        return counts[flag], _with_time_of_suspicion(estimates, f"{status_in_words(flag)}: {noise}")
+    wide = estimates.is_too_uncertain if estimates.is_too_uncertain.any() else -1
     share = float(np.median((estimates.mu_std / estimates.mu)[wide]))
-    told = _on_command_line(flag.remedy or uninformed_remedy(share), of_car=of_car)
-    return counts[flag], _with_time(estimates, told)
+    told = _remedy_with_option_names(flag.remedy or uninformed_remedy(share), of_car=of_car)
+    return counts[flag], _with_time_of_suspicion(estimates, told)
 
 
-def _with_time(estimates: Estimates, told: str) -> str:
+def _with_time_of_suspicion(estimates: Estimates, told: str) -> str:
     """When an input looked wrong, beside a friction that is told: before it, after it or both."""
     at, suspect = REASONS[Status.SUSPECT], estimates.t[estimates.status & Status.SUSPECT != 0]
     last = last_usable(estimates)
@@ -224,7 +229,7 @@ def _with_time(estimates: Estimates, told: str) -> str:
     return told.replace(at, when + "," * told.startswith(f"{at} "), 1)
 
 
-def _on_command_line(remedy: str, *, of_car: bool) -> str:
+def _remedy_with_option_names(remedy: str, *, of_car: bool) -> str:
     """A remedy that names options where it names values of a tuning, and keys of a vehicle file."""
     for name, key in OF_CAR.items() if of_car else ():
         remedy = remedy.replace(name, key)
@@ -234,11 +239,11 @@ def _on_command_line(remedy: str, *, of_car: bool) -> str:
 
 def _last_friction(estimates: Estimates, way: str) -> str:
     at = last_usable(estimates)
-    measured = int(estimates.measured.sum())
+    measured = int(estimates.has_measured_torque.sum())
     share = f"in {100 * estimates.usable_share:.0f} % of {measured} samples"
     share += " with a torque" * (measured < estimates.t.size)
     if at is None:
-        return f"{_unknown(estimates, way)}, usable {share}"
+        return f"{_unknown_friction_text(estimates, way)}, usable {share}"
     mu, std = float(estimates.mu_eff[at]), float(estimates.mu_eff_std[at])
     friction = f"mu_eff = {with_95_band(mu, std)} (95 % band)" + f" turning to {way} psi" * bool(way)
     where = "at the end" if at == estimates.t.size - 1 else f"at {estimates.t[at]:.4g} s, last usable"
@@ -246,7 +251,7 @@ def _last_friction(estimates: Estimates, way: str) -> str:
     if after.sum() > MIN_REPORTED_SHARE * estimates.t.size:
         seconds = after.mean() * (estimates.t[-1] - estimates.t[at])
         where += f", then not explained for {seconds:.2g} s"
-    since, gaps = usable_since(estimates)
+    since, gaps = steadily_usable_since(estimates)
     line = f"{friction} {where}, usable {'steadily ' * gaps}from {since:.3g} s, {share}"
     # On the declared model the two are the same.
     if abs(mu - estimates.mu[at]) > 5e-4:
@@ -254,41 +259,45 @@ def _last_friction(estimates: Estimates, way: str) -> str:
     return line
 
 
-def _unknown(estimates: Estimates, way: str) -> str:
+def _unknown_friction_text(estimates: Estimates, way: str) -> str:
     """That friction is not known at the end, since when, and what it was before."""
     told, known = "friction is not known", np.flatnonzero(estimates.usable)
     if not known.size:
         return told
-    begin = last_ground(estimates)
+    begin = last_ground_change_index(estimates)
     if not begin:
         last = estimates.t[known[-1]]
         return f"{told}: what was usable up to {last:.4g} s does not explain the torque that follows"
     at_change = f"{estimates.t[begin]:.4g} s"
     either = f"{told} since {at_change}: either the ground changed, or the model does not fit"
-    told = either if _misfits(estimates) else f"{told} since a new ground was noticed at {at_change}"
-    before = "" if way else friction_before(estimates)
+    told = (
+        either
+        if _is_ground_change_doubtful(estimates)
+        else f"{told} since a new ground was noticed at {at_change}"
+    )
+    before = "" if way else friction_before_text(estimates)
     return f"{told}; before, {before}" if before else told
 
 
-def friction_before(estimates: Estimates) -> str:
+def friction_before_text(estimates: Estimates) -> str:
     """What friction was before the last change of the ground; empty where it never changed."""
-    if (before := ground_before(estimates)) is None:
+    if (before := estimates_on_previous_ground(estimates)) is None:
         return ""
     band = with_95_band(float(before.mu_eff[-1]), float(before.mu_eff_std[-1]))
-    return f"it was {band} (usable from {usable_since(before)[0]:.3g} s)"
+    return f"it was {band} (usable from {steadily_usable_since(before)[0]:.3g} s)"
 
 
-def change_in_words(estimates: Estimates) -> str:
+def ground_change_text(estimates: Estimates) -> str:
     """That the ground changed, and when last; empty where it never did."""
-    if not (begin := last_ground(estimates)):
+    if not (begin := last_ground_change_index(estimates)):
         return ""
-    fits = " or the model ceased to fit" * _misfits(estimates)
+    fits = " or the model ceased to fit" * _is_ground_change_doubtful(estimates)
     return f"the ground changed{fits} at {estimates.t[begin]:.3g} s"
 
 
-def _misfits(estimates: Estimates) -> bool:
+def _is_ground_change_doubtful(estimates: Estimates) -> bool:
     """Whether the model fails to explain so many samples that a change of the ground is in doubt."""
-    return bool(np.mean(misfits(estimates)) > MIN_REPORTED_SHARE)
+    return bool(np.mean(unexplained_torque_mask(estimates)) > MIN_REPORTED_SHARE)
 
 
 def _plural(count: int, noun: str) -> str:

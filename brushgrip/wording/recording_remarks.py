@@ -9,8 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.wording.formatting import is_figure
-from brushgrip.wording.friction_in_words import WAYS, change_in_words, friction_before, with_95_band
+from brushgrip.wording.formatting import is_number
+from brushgrip.wording.friction_in_words import (
+    WAYS,
+    friction_before_text,
+    ground_change_text,
+    with_95_band,
+)
 from observers import Estimates, GroundFriction, ground_friction
 from observers.estimates import BAND_STDS
 from observers.quality.friction_across_recordings import MIN_RECORDINGS
@@ -41,8 +46,8 @@ def recording_remark(estimates: Estimates, why: str, note: str, *, of_way: bool 
     Few or (why) no usable samples, a change of the ground, then the note. What friction was before is
     left out where it is of a direction.
     """
-    changed = change_in_words(estimates)
-    if (before := friction_before(estimates)) and not of_way:
+    changed = ground_change_text(estimates)
+    if (before := friction_before_text(estimates)) and not of_way:
         changed += f": before, {before}"
     if last_usable(estimates) is None:
         return BETWEEN.join(filter(None, (f"not known: {why}", changed, note)))
@@ -50,7 +55,7 @@ def recording_remark(estimates: Estimates, why: str, note: str, *, of_way: bool 
     return BETWEEN.join(filter(None, (few, why, changed, note)))
 
 
-def remark_heads(text: str) -> list[str]:
+def short_remarks(text: str) -> list[str]:
     """Each remark of a row in short; why friction is not known, with what to do first or the map."""
     each = [one for one in text.split(BETWEEN) if one]
     heads = [one if MAP in one else one.partition("; ")[0] for one in each]
@@ -64,7 +69,7 @@ def remark_counts(rows: Sequence[Mapping[str, Any]], *, named: bool = False) -> 
     """
     names: dict[str, list[str]] = {}
     for row in rows:
-        for head in remark_heads(row["remark"]):
+        for head in short_remarks(row["remark"]):
             kind = FIGURES.sub("", ": ".join(head.split(": ")[:2]))
             kind = re.sub(r"[\d.]+(?= times)", "so many", kind)
             kind = re.sub(r", down to [\d.]+", "", kind)
@@ -75,16 +80,16 @@ def remark_counts(rows: Sequence[Mapping[str, Any]], *, named: bool = False) -> 
     )
 
 
-def with_map_of_its_own(row: Mapping[str, Any]) -> Mapping[str, Any]:
+def row_with_map_for_it_alone(row: Mapping[str, Any]) -> Mapping[str, Any]:
     """The row of a recording without friction; a map that it proposes is for this recording alone."""
     own = f"; for this recording alone{MAP}"
     return {**row, **{name: row.get(name, "").replace(MAP, own, 1) for name in ("fault", "remark")}}
 
 
-def causes_without_friction(rows: Iterable[Mapping[str, Any]]) -> Iterator[str]:
+def unknown_friction_lines(rows: Iterable[Mapping[str, Any]]) -> Iterator[str]:
     """A line for each recording that could not be estimated, or whose friction is not known."""
     for row in rows:
-        if row["fault"] or not is_figure(row["mu_eff"]):
+        if row["fault"] or not is_number(row["mu_eff"]):
             begin = f"{row['recording']}: "
             yield begin + (row["fault"].removeprefix(begin) or row["remark"])
 
@@ -94,10 +99,10 @@ def usual_duration(durations: Collection[float]) -> float:
     return median(durations) if len(durations) >= MOST else 0.0
 
 
-def with_early_end(row: Mapping[str, Any], usual: float) -> Mapping[str, Any]:
+def row_with_early_end_remark(row: Mapping[str, Any], usual: float) -> Mapping[str, Any]:
     """The row, with a remark where it is much shorter than the usual duration [s]."""
     seconds = row["duration"]
-    if not (is_figure(seconds) and seconds < EARLY * usual):
+    if not (is_number(seconds) and seconds < EARLY * usual):
         return row
     text = f"ends early, after {seconds:.2g} s: half of all last {usual:.2g} s or more"
     return {**row, "remark": BETWEEN.join(filter(None, (row["remark"], text)))}
@@ -109,7 +114,7 @@ def prediction_band(friction: GroundFriction) -> str:
     return with_95_band(low, half / BAND_STDS) if half < low else f"up to {low + half:.2f}"
 
 
-def further_recording(ground: str, friction: GroundFriction | None, recordings: int) -> str:
+def further_recording_band_line(ground: str, friction: GroundFriction | None, recordings: int) -> str:
     """Friction of a ground for a further recording, of so many, in one line."""
     known = 0 if friction is None else friction.recordings
     if friction is None or friction.further is None:
@@ -137,7 +142,7 @@ def friction_of_grounds(rows: Sequence[Mapping[str, Any]]) -> list[str]:
             told = f"{ground}, turning to {way} psi" if way else str(ground)
             loads = any(OVER_LOAD in row.get("remark", "") for row in rows if row["ground"] == ground)
             told += ", each at its own load" * loads
-            lines.append(further_recording(told, ground_friction(*known.T), len(own)))
+            lines.append(further_recording_band_line(told, ground_friction(*known.T), len(own)))
     return lines
 
 
@@ -146,10 +151,10 @@ def friction_range(rows: Sequence[Mapping[str, object]]) -> str:
     names = ("mu_eff", *(f"mu_eff_{way}" for way in WAYS))
     known, early, mus = 0, 0, list[float]()
     for row in rows:
-        if is_figure(row["mu_eff"]):
+        if is_number(row["mu_eff"]):
             known += 1
             early += bool(row.get("since_usable"))
-            mus += [mu for name in names if is_figure(mu := row.get(name))]
+            mus += [mu for name in names if is_number(mu := row.get(name))]
     told = f"friction is known of {known}" + f", {early} of them not at the end" * bool(early)
     return told + (f", mu_eff {min(mus):.2f} to {max(mus):.2f}" if mus else "")
 
@@ -159,19 +164,19 @@ def printed_rows(rows: Sequence[Mapping[str, Any]]) -> tuple[Sequence[str], list
     cells: list[tuple[str, ...]] = []
     for row in rows:
         usable = f"{100 * float(row['usable']):.0f} %" if row["usable"] != "" else "–"
-        beside = row["fault"] or "; ".join(remark_heads(row["remark"]))
+        beside = row["fault"] or "; ".join(short_remarks(row["remark"]))
         cells.append((row["recording"], row["ground"] or "–", _friction(row), usable, beside))
     return ("recording", "ground", "mu_eff", "usable", "remark"), cells
 
 
 def _friction(row: Mapping[str, Any]) -> str:
     """Friction of a row, of each direction the weaker one first; when it was, if not at the end."""
-    if not is_figure(row["mu_eff"]):
+    if not is_number(row["mu_eff"]):
         return "–"
     told = with_95_band(row["mu_eff"], row["mu_eff_std"])
     if row.get("direction"):
         own = {way: (row.get(f"mu_eff_{way}", nan), row.get(f"mu_eff_std_{way}", nan)) for way in WAYS}
-        if not is_figure(own[row["direction"]][0]):
+        if not is_number(own[row["direction"]][0]):
             own[row["direction"]] = row["mu_eff"], row["mu_eff_std"]
         weaker_first = sorted(
             ((m, s, way) for way, (m, s) in own.items()), key=lambda one: (one[0] >= 0, one[0])

@@ -6,34 +6,37 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.diagnosis.error_stages import declared_errors, left_out_residuals
 from identification.diagnosis.from_search import build_diagnosis, note_slide_beyond_sensor
 from identification.diagnosis.graded_effects import assumed_tolerances_note
 from identification.diagnosis.result import Diagnosis
+from identification.diagnosis.torque_errors_by_stage import declared_errors, left_out_residuals
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposed_experiment import Proposal
 from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.fits.parameter_values import grounds_of
 from identification.fits.single_threaded_blas import one_thread
-from identification.reading.declared_sensor_range import left_out_note, within_declared_range
-from identification.reading.declared_torques import farthest_standstill_without_gear
+from identification.reading.declared_sensor_range import (
+    drop_torques_beyond_range,
+    torque_beyond_range_note,
+)
+from identification.reading.declared_torques import standstill_less_gear_friction
 from identification.reading.recordings import Recording
 from identification.reading.trimming_and_thinning import thin_recordings
 from identification.residuals.partial_correlations import signatures
 from identification.residuals.residual_signals import check_signatures
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
-from identification.selection.journal import Journal
-from identification.selection.search_step import SearchStep, without_each
+from identification.selection.search_step import SearchStep, begin_trials_without_each
 from identification.selection.stepwise_search import Progress, Search
 from identification.selection.trial import RANKING
+from identification.selection.trial_journal import Journal
 from identification.selection.trial_runner import (
     Effects,
     TrialRunner,
+    ignore_progress,
     job_count,
     results_of,
-    silent,
-    workers,
+    worker_submitter,
 )
 from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named, with_usual_tolerances
 
@@ -80,10 +83,10 @@ def diagnose(
         BrushgripError: a process ended before its work was done.
     """
     as_read = [*recordings, *holdout]
-    recordings, holdout, notes = _prepared(recordings, holdout)
-    effects, most, report = effects_named(candidates), job_count(jobs), progress or silent
+    recordings, holdout, notes = _prepare_recordings_and_notes(recordings, holdout)
+    effects, most, report = effects_named(candidates), job_count(jobs), progress or ignore_progress
     check_signatures(effects)
-    with workers(jobs, effects, executor) as submit:
+    with worker_submitter(jobs, effects, executor) as submit:
         runner = TrialRunner(
             training=recordings, holdout=holdout, loss=loss, submit=submit, journal=journal, threads=most
         )
@@ -91,7 +94,7 @@ def diagnose(
         declared = submit(declared_errors, recordings, holdout, loss)
         search = Search(runner, effects, criteria, report)
         steps = search.run()
-        rests = without_each(steps, runner)
+        rests = begin_trials_without_each(steps, runner)
         proposals = _proposals(search, steps)
         trials, both = (steps[0].before, steps[-1].before), [*recordings, *holdout]
         followed = [submit(signatures, trial.residuals, both, trial.fits, effects) for trial in trials]
@@ -104,13 +107,13 @@ def diagnose(
     return replace(result, notes=(*notes, *result.notes), of_car=bool(recordings[0].standstills))
 
 
-def _prepared(
+def _prepare_recordings_and_notes(
     recordings: Sequence[Recording], holdout: Sequence[Recording]
 ) -> tuple[list[Recording], list[Recording], list[str]]:
     """Both as the search takes them, and notes on what was changed."""
-    beyond = left_out_note([*recordings, *holdout])
-    bound, shortened = thin_recordings([within_declared_range(r) for r in (*recordings, *holdout)])
-    stood = [farthest_standstill_without_gear(recording) for recording in bound]
+    beyond = torque_beyond_range_note([*recordings, *holdout])
+    bound, shortened = thin_recordings([drop_torques_beyond_range(r) for r in (*recordings, *holdout)])
+    stood = [standstill_less_gear_friction(recording) for recording in bound]
     everything = [recording for recording, _ in stood]
     _require_usable_recordings(recordings, everything)
     notes = [shortened, *(note for _, note in stood), assumed_tolerances_note(everything), beyond]
@@ -146,7 +149,9 @@ def _proposals(search: Search, steps: Sequence[SearchStep]) -> dict[Effects, Pro
     if not starts:
         return {}
     label, runner = "looking for an experiment that separates rivals", search.runner
-    trials = runner.run_all(starts, RANKING, lambda done: search.report(label, done, len(starts)))
+    trials = runner.run_all_on_thinned(
+        starts, RANKING, lambda done: search.report(label, done, len(starts))
+    )
     fits = [trial.fitted for trial in trials]
     futures = {
         effects: runner.submit(propose, found, rival, runner.thinned_training, search.criteria)

@@ -21,7 +21,7 @@ Of what a wrong law leaves another mechanism took up to three quarters, three ti
 planted, seeds 300 to 302)."""
 
 
-def stand_ins(
+def stand_in_effect_names(
     steps: Sequence[SearchStep],
     rests: Mapping[Effect, Trial],
     recordings: Sequence[Recording],
@@ -37,17 +37,24 @@ def stand_ins(
         return found
     gains = {effect.name: rest.nrmse**2 - whole.nrmse**2 for effect, rest in rests.items()}
     if recordings[0].standstills is not None:
-        return _stand_ins_of_car(gains, found, left.structured**2)
-    acts = {e.name: _left_where_it_acts(whole, rest, recordings, left) for e, rest in rests.items()}
-    return found | _stand_ins(gains, acts, _first_effect(steps, whole.effects, gains))
+        return _low_gain_effects_of_car(gains, found, left.structured**2)
+    acts = {
+        e.name: _unexplained_where_effect_acts(whole, rest, recordings, left)
+        for e, rest in rests.items()
+    }
+    return found | _low_gain_effects_of_wheel(
+        gains, acts, _effect_of_first_family(steps, whole.effects, gains)
+    )
 
 
-def _stand_ins(gains: Mapping[str, float], left: Mapping[str, float], first: str | None) -> set[str]:
+def _low_gain_effects_of_wheel(
+    gains: Mapping[str, float], left: Mapping[str, float], first: str | None
+) -> set[str]:
     """Effects of a wheel whose gain is too little beside what is left where they act."""
     return {n for n, gain in gains.items() if gain < left[n] * (1 if n == first else OF_A_WRONG_LAW)}
 
 
-def _stand_ins_of_car(gains: Mapping[str, float], found: set[str], left: float) -> set[str]:
+def _low_gain_effects_of_car(gains: Mapping[str, float], found: set[str], left: float) -> set[str]:
     """The same in a car: all acts beside the tyre, so that what stand-ins explain is unknown too."""
     before, unknown = None, left
     while before != found:
@@ -57,14 +64,16 @@ def _stand_ins_of_car(gains: Mapping[str, float], found: set[str], left: float) 
     return found
 
 
-def _first_effect(steps: Sequence[SearchStep], final: Effects, gains: Mapping[str, float]) -> str | None:
+def _effect_of_first_family(
+    steps: Sequence[SearchStep], final: Effects, gains: Mapping[str, float]
+) -> str | None:
     """Of the final model, the effect of the family that the search began with."""
     added = [s.after.effects[-1].family for s in steps if s.after and s.after.effects]
     ranked = [(added.index(e.family), -gains[e.name], e.name) for e in final if e.family in added]
     return min(ranked)[-1] if ranked else None
 
 
-def _left_where_it_acts(
+def _unexplained_where_effect_acts(
     whole: Trial, rest: Trial, recordings: Sequence[Recording], left: Unexplained
 ) -> float:
     """Mean squared error beyond noise, over range, where the model without an effect differs [1]."""

@@ -37,7 +37,7 @@ def found_families(
     families = []
     for name, members in groups.items():
         effects = tuple(by_name[member.name] for member in members)
-        drawn = _Drawn(fitted, training, recording, effects)
+        drawn = _FamilyModel(fitted, training, recording, effects)
         names = tuple(member.name for member in members)
         rivals = dict.fromkeys(r for m in members for r in m.indistinguishable_from if r not in names)
         curve = _CURVES[name](drawn) if name in _CURVES else None
@@ -46,7 +46,7 @@ def found_families(
 
 
 @dataclass(frozen=True)
-class _Drawn:
+class _FamilyModel:
     """A family's effects alone beside the declared model, with the final values of one recording."""
 
     fitted: Fit
@@ -83,9 +83,11 @@ class _Drawn:
         return np.where((blind != 0).any(axis=1), np.inf, np.sqrt(np.maximum(variance, 0)))
 
 
-def _over(drawn: _Drawn, x: Array, factor: Callable[[ca.MX], Expression], name: str, unit: str) -> Curve:
+def _friction_curve(
+    drawn: _FamilyModel, x: Array, factor: Callable[[ca.MX], Expression], name: str, unit: str
+) -> Curve:
     """Friction: mu times a factor that depends on theta, at places x."""
-    theta = drawn.model.symbols()[1]
+    theta = drawn.model.input_symbols()[1]
     law = theta[0] * factor(theta)
     both = ca.Function("law", [theta], [law, ca.jacobian(law, theta)])
     y, jacobian = (np.asarray(part) for part in both(drawn.theta(drawn.model)))
@@ -96,31 +98,33 @@ def _over(drawn: _Drawn, x: Array, factor: Callable[[ca.MX], Expression], name: 
     )  # fmt: skip
 
 
-def _over_speed(drawn: _Drawn) -> Curve:
+def _friction_over_speed(drawn: _FamilyModel) -> Curve:
     rig, rates = drawn.recording.rig, np.abs(drawn.recording.psi_dot)
     v = np.geomspace(REST_SPEED, (rig.a + abs(rig.e)) * float(rates.max()), POINTS)
 
     def factor(theta: ca.MX) -> Expression:
         traits = BristleTraits()
-        for effect, values in drawn.model.values(theta):
+        for effect, values in drawn.model.values_by_effect(theta):
             traits = effect.traits(traits, values)
         creeping = 1 if traits.creep is None else log_creep_factor(ca.DM(v), traits.creep)
         return creeping * prod(limit(ca.DM(v)) for limit in traits.limits)
 
-    return _over(drawn, v, factor, "sliding speed", "m/s")
+    return _friction_curve(drawn, v, factor, "sliding speed", "m/s")
 
 
-def _over_load(drawn: _Drawn) -> Curve:
+def _friction_over_load(drawn: _FamilyModel) -> Curve:
     F_N = np.linspace(float(drawn.recording.F_N.min()), float(drawn.recording.F_N.max()), POINTS)
     signals = Signals(psi=0, psi_dot=0, F_N=ca.DM(F_N), dt=1)
 
     def factor(theta: ca.MX) -> Expression:
-        return prod(effect.friction(signals, ca.DM(), own) for effect, own in drawn.model.values(theta))
+        return prod(
+            effect.friction(signals, ca.DM(), own) for effect, own in drawn.model.values_by_effect(theta)
+        )
 
-    return _over(drawn, F_N, factor, "vertical load", "N")
+    return _friction_curve(drawn, F_N, factor, "vertical load", "N")
 
 
-def _over_angle(drawn: _Drawn) -> Curve:
+def _torque_over_angle(drawn: _FamilyModel) -> Curve:
     """Torque of a turn from rest to the largest angle, and back to the same on the other side."""
     recording = replaced_rig(drawn.recording, drawn.fitted.values)
     span, rate = float(np.abs(recording.psi).max()), float(np.quantile(np.abs(recording.psi_dot), 0.75))
@@ -140,9 +144,9 @@ def _over_angle(drawn: _Drawn) -> Curve:
     )  # fmt: skip
 
 
-_CURVES: Mapping[str, Callable[[_Drawn], Curve]] = {
-    "friction over speed": _over_speed,
-    "friction over load": _over_load,
-    "compliance and contact shape": _over_angle,
+_CURVES: Mapping[str, Callable[[_FamilyModel], Curve]] = {
+    "friction over speed": _friction_over_speed,
+    "friction over load": _friction_over_load,
+    "compliance and contact shape": _torque_over_angle,
 }
 """By family."""

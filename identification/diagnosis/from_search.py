@@ -4,13 +4,20 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from identification.diagnosis.doubtful_effects import stand_ins
+from identification.diagnosis.doubtful_effects import stand_in_effect_names
 from identification.diagnosis.effect_family_curves import found_families
-from identification.diagnosis.error_stages import errors_of
-from identification.diagnosis.found_stiffness import farthest_stiffness_ratio, stiffness_beside_declared
-from identification.diagnosis.graded_effects import found_effects, found_kingpin, notes_on
+from identification.diagnosis.found_vs_declared_stiffness import (
+    compare_fitted_stiffness,
+    farthest_stiffness_ratio,
+)
+from identification.diagnosis.graded_effects import (
+    final_model_notes,
+    found_effects,
+    kingpin_note_from_effect,
+)
 from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import Candidate, FoundEffect, Series, TorqueErrors
+from identification.diagnosis.torque_errors_by_stage import torque_and_model_errors
 from identification.experiments.proposed_experiment import Proposal
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit, parameters_at_bounds
@@ -20,7 +27,7 @@ from identification.reading.declared_sensor_range import counts_beyond_range, gr
 from identification.reading.recordings import Recording
 from identification.residuals.partial_correlations import Signatures
 from identification.residuals.repeatability import repeatability
-from identification.residuals.unexplained_residual import unexplained
+from identification.residuals.unexplained_residual import find_residual_structure
 from identification.selection.criteria import delta_bic
 from identification.selection.search_step import SearchStep
 from identification.selection.stepwise_search import Search
@@ -28,7 +35,7 @@ from identification.selection.trial import Trial
 from identification.selection.trial_runner import Effects
 from symbolic import TOLERATED, Effect, Model, parameter_name, units_of
 from symbolic.float_array import Array
-from symbolic.trajectory_sensitivity import memory_at_full_slide
+from symbolic.trajectory_sensitivity import memory_for_full_slide
 
 
 def build_diagnosis(
@@ -50,14 +57,14 @@ def build_diagnosis(
     everything = [*training, *holdout]
     before, after = steps[0].before, steps[-1].before
     fitted = after.fitted
-    errors_before, error_before = errors_of(before, training, holdout, left_out[0])
-    errors_after, error_after = errors_of(after, training, holdout, left_out[1])
-    values = _with_tare(fitted.model, after.values, everything)
+    errors_before, error_before = torque_and_model_errors(before, training, holdout, left_out[0])
+    errors_after, error_after = torque_and_model_errors(after, training, holdout, left_out[1])
+    values = _values_with_tared_torque(fitted.model, after.values, everything)
     estimates = _estimates(after, values, training, holdout)
-    left = unexplained(after.residuals, everything, followed[1], fitted.loss)
-    standing_in = stand_ins(steps, rests, everything, left)
+    left = find_residual_structure(after.residuals, everything, followed[1], fitted.loss)
+    standing_in = stand_in_effect_names(steps, rests, everything, left)
     effects = found_effects(steps, rests, estimates, training, proposals, standing_in)
-    kingpins = [found_kingpin(effect, fitted, training)[1] for effect in effects]
+    kingpins = [kingpin_note_from_effect(effect, fitted, training)[1] for effect in effects]
     return Diagnosis(
         recordings=tuple(r.name for r in training),
         holdout=tuple(r.name for r in holdout),
@@ -74,21 +81,23 @@ def build_diagnosis(
         model=fitted.model,
         values=values,
         series=_series(before, after, everything, holdout),
-        notes=notes_on(
+        notes=final_model_notes(
             errors_before, errors_after, fitted, training, after.fits[1:], effects, estimates
         ),
         criteria=search.criteria,
         inclination=next((one for one in kingpins if one is not None), None),
         stiffness_ratio=farthest_stiffness_ratio(fitted, training),
-        stiffness=stiffness_beside_declared(fitted, training),
+        stiffness=compare_fitted_stiffness(fitted, training),
         repeatability=repeatability(everything, fitted.values.tyre["k"]),
         model_error_before=error_before,
         model_error=error_after,
-        without_stand_ins=_without_stand_ins([*rests.values(), *(s.before for s in steps)], effects),
+        without_stand_ins=_model_without_stand_ins(
+            [*rests.values(), *(s.before for s in steps)], effects
+        ),
     )
 
 
-def _without_stand_ins(
+def _model_without_stand_ins(
     trials: Sequence[Trial], effects: Sequence[FoundEffect]
 ) -> tuple[Model, Values] | None:
     """The model of all effects but the stand-ins, with its values, if it is among these."""
@@ -116,9 +125,9 @@ def note_slide_beyond_sensor(
         found = replaced_rig(recording, values)
         rig, load = found.rig, float(np.median(found.F_N[found.F_N > 0]))
         theta = np.asarray(model.theta(values.of(recording))).ravel()
-        memory = memory_at_full_slide(model, signals_of(found), theta)
+        memory = memory_for_full_slide(model, signals_of(found), theta)
         _, torque = model.full_slide(memory, load, theta, [rig.a, rig.e], rig.slide_rate)
-        if abs(float(torque)) >= rig.torque_limit:
+        if abs(float(torque)) >= rig.sensor_torque_limit:
             least.append(f"{recording.name} {greatest_friction(recording):.2f} or more")
     told = f"{BEYOND_RANGE}, so that friction is inferred from the model's curve below it"
     return (f"{told}; measured is only {', '.join(least)}",) if least else ()
@@ -133,7 +142,7 @@ def _candidates(first: SearchStep, recordings: Sequence[Recording]) -> tuple[Can
             delta_bic=delta_bic(trial.fitted, first.coarse_before.fitted, recordings),
             parameters={
                 label.removeprefix(f"{name}."): estimate
-                for label, estimate in _fitted(trial.fitted, recordings, shared=True).items()
+                for label, estimate in _fitted_estimates(trial.fitted, recordings, shared=True).items()
                 if label.startswith(f"{name}.")
             },
             at_bound=tuple(p for one, p, _ in parameters_at_bounds(trial.fitted) if one == name),
@@ -142,7 +151,7 @@ def _candidates(first: SearchStep, recordings: Sequence[Recording]) -> tuple[Can
     )
 
 
-def _with_tare(model: Model, values: Values, recordings: Sequence[Recording]) -> Values:
+def _values_with_tared_torque(model: Model, values: Values, recordings: Sequence[Recording]) -> Values:
     """The values with what a taring took off, which `simulate` does without, see `Effect.tare`.
 
     It is what the model bears at the first sample, the mean over these recordings [N m].
@@ -165,7 +174,7 @@ def _estimates(
     """Every parameter in physical units; one that was fitted with its deviation."""
     estimates: dict[str, ParameterEstimate] = {}
     for fitted, recordings in zip(trial.fits, (training, holdout), strict=False):
-        estimates |= _fitted(fitted, recordings)
+        estimates |= _fitted_estimates(fitted, recordings)
     return estimates | {
         parameter_name(effect, parameter): ParameterEstimate(
             value=values.tyre[parameter_name(effect, parameter)], std=None, unit=parameter.unit
@@ -175,7 +184,7 @@ def _estimates(
     }
 
 
-def _fitted(
+def _fitted_estimates(
     fitted: Fit, recordings: Sequence[Recording], *, shared: bool = False
 ) -> dict[str, ParameterEstimate]:
     """What a fit found, physical units; own values of recordings, none if `shared`, as `mu [fem1]`."""
@@ -183,7 +192,7 @@ def _fitted(
     units, estimates = units_of(fitted.model) | TOLERATED, {}
     spread = standard_deviations(fitted, recordings)
     nameless = {None, UNNAMED_GROUND} if len(fitted.values.grounds) == 1 else {None}
-    for (owner, name), deviation, own in zip(fitted.labels, spread, fitted.own, strict=True):
+    for (owner, name), deviation, own in zip(fitted.labels, spread, fitted.own_columns, strict=True):
         if shared and own:
             continue
         value = fitted.values.at((owner, name))

@@ -6,8 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.diagnosis.declared_values import notes_on_declared_values
-from identification.diagnosis.found_stiffness import kingpin_of_return_torque, stiffness_note
+from identification.diagnosis.contradicted_declared_values import notes_on_wrong_declared_values
+from identification.diagnosis.found_vs_declared_stiffness import (
+    kingpin_note_from_stiffness,
+    stiffness_note,
+)
 from identification.diagnosis.result_parts import FoundEffect, Grade, TorqueErrors
 from identification.experiments.proposed_experiment import Proposal
 from identification.fits.fitting import Fit, parameters_at_bounds
@@ -16,9 +19,9 @@ from identification.reading.recordings import Recording
 from identification.selection.criteria import (
     CLEAR_BIC,
     DEFAULT_CRITERIA,
+    cross_term_standard_error,
     delta_bic,
     error_reduction,
-    standard_error_by_chance,
 )
 from identification.selection.search_step import SearchStep
 from identification.selection.trial import Trial
@@ -54,7 +57,7 @@ def found_effects(
     """
     whole = steps[-1].before
     final = whole.fitted
-    added = _additions(steps, final.model.effects)
+    added = _steps_that_added_effects(steps, final.model.effects)
     of_car = recordings[0].standstills is not None
     at_bounds = {effect for effect, *_ in parameters_at_bounds(final)}
     # Nothing but the fit judges a single recording.
@@ -67,12 +70,12 @@ def found_effects(
         scope, own = _scope_and_parameters(effect, final, estimates)
         rest = rests[effect]
         judged = whole.judgement, rest.judgement, DEFAULT_CRITERIA.long_block
-        (gain, _), error = error_reduction(*judged), standard_error_by_chance(*judged)
+        (gain, _), error = error_reduction(*judged), cross_term_standard_error(*judged)
         bic = delta_bic(final, rest.fitted, recordings)
         errors = gain / error if error > 0 else 0.0
-        distance = distance_from_neutral(effect, own)
+        distance = distance_from_neutral_in_std(effect, own)
         like_load = hidden_load and effect.name in LIKE_LOAD
-        rivals = (*_rivals_outside(step, final.model.effects), *[UNRECORDED_LOAD] * like_load)
+        rivals = (*_rivals_outside_model(step, final.model.effects), *[UNRECORDED_LOAD] * like_load)
         less = all(one.value < 0 for one in own.values())
         proposal = proposals.get(step.after.effects)
         effects.append(
@@ -101,12 +104,12 @@ def found_effects(
     return tuple(effects)
 
 
-def _rivals_outside(step: SearchStep, final: Effects) -> tuple[str, ...]:
+def _rivals_outside_model(step: SearchStep, final: Effects) -> tuple[str, ...]:
     """What would have done as well in a step; what the final model holds besides is no alternative."""
     return tuple(effect.name for effect in step.indistinguishable if effect not in final)
 
 
-def _additions(steps: Sequence[SearchStep], final: Effects) -> list[SearchStep]:
+def _steps_that_added_effects(steps: Sequence[SearchStep], final: Effects) -> list[SearchStep]:
     """The step that added each effect of the final model; the last one, where a law came back."""
     added: dict[Effect, SearchStep] = {}
     for step in steps:
@@ -135,7 +138,9 @@ def _scope_and_parameters(
     return "ground", {k: e for k, e in estimates.items() if k.split(" ")[0] in of_grounds}
 
 
-def distance_from_neutral(effect: Effect, estimates: Mapping[str, ParameterEstimate]) -> float | None:
+def distance_from_neutral_in_std(
+    effect: Effect, estimates: Mapping[str, ParameterEstimate]
+) -> float | None:
     """Standard deviations from an effect's most significant parameter to its neutral value, if any."""
     neutral = {parameter.name: parameter.neutral for parameter in effect.parameters}
     distances = []
@@ -178,7 +183,7 @@ FAR_ZERO = 3.0
 """Torque offset over the tolerance of the zero from which on it is doubted [1]."""
 
 
-def notes_on(
+def final_model_notes(
     before: TorqueErrors,
     after: TorqueErrors,
     fitted: Fit,
@@ -202,13 +207,15 @@ def notes_on(
     notes += [
         f"{effect}: {what}, so that it is a stand-in" for effect, _, what in parameters_at_bounds(fitted)
     ]
-    notes += notes_on_declared_values((fitted, *own), estimates or {})
-    notes += [note for one in recordings if (note := _zero_note(one, fitted.values.of(one)))]
+    notes += notes_on_wrong_declared_values((fitted, *own), estimates or {})
+    notes += [
+        note for one in recordings if (note := _large_torque_offset_note(one, fitted.values.of(one)))
+    ]
     for effect in effects:
         if UNRECORDED_LOAD in effect.indistinguishable_from:
             notes.append(f"{effect.name}: it is this, or a load that changes with the angle: record it")
         stiffness = effect.parameters.get("stiffness")
-        if told := found_kingpin(effect, fitted, recordings)[0]:
+        if told := kingpin_note_from_effect(effect, fitted, recordings)[0]:
             notes.append(f"{effect.name}: {told}")
         elif stiffness and stiffness.value < 0:
             notes.append(
@@ -219,7 +226,7 @@ def notes_on(
     return tuple(notes)
 
 
-def found_kingpin(
+def kingpin_note_from_effect(
     effect: FoundEffect, fitted: Fit, recordings: Sequence[Recording]
 ) -> tuple[str, float | None]:
     """What an effect says of a car's kingpin, and the inclination to declare [rad], None for none."""
@@ -229,7 +236,7 @@ def found_kingpin(
         return "", None
     label = (recordings[0].name, "return_share")
     share = fitted.values.at(label) if label in fitted.labels else 1.0
-    told, inclination = kingpin_of_return_torque(car, stiffness.value, stiffness.std or 0.0, share)
+    told, inclination = kingpin_note_from_stiffness(car, stiffness.value, stiffness.std or 0.0, share)
     if inclination is not None and effect.grade in ("weak", "stands_in"):
         return f"{told}; have a second log confirm it before you declare it", None
     return told, inclination
@@ -252,7 +259,7 @@ def assumed_tolerances_note(recordings: Sequence[Recording]) -> str:
     return f"{ASSUMED}: {', '.join(missing)}" if missing else ""
 
 
-def _zero_note(recording: Recording, values: Mapping[str, float]) -> str:
+def _large_torque_offset_note(recording: Recording, values: Mapping[str, float]) -> str:
     """What a zero of the torque may be that is far beyond what is declared; empty where it is not."""
     M_0, tolerance = values.get("torque_offset.M_0", 0.0), recording.rig.tolerances.zero
     if not tolerance or abs(M_0) < FAR_ZERO * tolerance:

@@ -19,10 +19,10 @@ def model_text(diagnosis: Diagnosis) -> str:
     content: dict[str, Any] = {
         "version": MODEL_VERSION,
         "effects": [effect.name for effect in diagnosis.model.effects],
-        "tyre": _writable(diagnosis.values.tyre),
-        "grounds": _tables(diagnosis.values.grounds),
-        "recordings": _tables(diagnosis.values.own),
-        "rig": _tables(diagnosis.values.rig),
+        "tyre": _finite_values_for_json(diagnosis.values.tyre),
+        "grounds": _finite_value_tables(diagnosis.values.grounds),
+        "recordings": _finite_value_tables(diagnosis.values.own),
+        "rig": _finite_value_tables(diagnosis.values.rig),
         "units": units_of(diagnosis.model),
     }
     if diagnosis.model_error is not None:
@@ -34,11 +34,11 @@ def model_text(diagnosis: Diagnosis) -> str:
     return json.dumps(content, indent=2, allow_nan=False) + "\n"
 
 
-def _tables(values: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:
-    return {name: _writable(own) for name, own in values.items()}
+def _finite_value_tables(values: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:
+    return {name: _finite_values_for_json(own) for name, own in values.items()}
 
 
-def _writable(values: Mapping[str, float]) -> dict[str, float]:
+def _finite_values_for_json(values: Mapping[str, float]) -> dict[str, float]:
     """Values for JSON, which has no infinity: an infinite stiffness becomes the largest number."""
     return {name: min(value, sys.float_info.max) for name, value in values.items()}
 

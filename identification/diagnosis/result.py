@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.diagnosis.found_stiffness import FoundStiffness
+from identification.diagnosis.found_vs_declared_stiffness import StiffnessComparison
 from identification.diagnosis.result_parts import (
     Candidate,
     FoundEffect,
@@ -92,7 +92,7 @@ class Diagnosis:
     of_car: bool = False
     inclination: float | None = None
     stiffness_ratio: float = 1.0
-    stiffness: FoundStiffness | None = None
+    stiffness: StiffnessComparison | None = None
     repeatability: Repeatability | None = None
     without_stand_ins: tuple[Model, Values] | None = None
 
@@ -109,7 +109,7 @@ class Diagnosis:
             for what, key in _ERRORS.items()
             if (old := before[key]) is not None and (new := after[key]) is not None
         ]
-        effects = [(effect.name, _figures(effect)) for effect in self.effects]
+        effects = [(effect.name, _effect_parameters_text(effect)) for effect in self.effects]
         left = self.unexplained.evidence if self.unexplained.present else "nothing found"
         count = f"{len(self.recordings)} recordings, {len(self.holdout)} held out"
         rows = [*errors, *(effects or [("effects", "none is missing")]), ("unexplained", left)]
@@ -129,7 +129,7 @@ class Diagnosis:
         )
 
     @property
-    def representative(self) -> Series:
+    def median_error_series(self) -> Series:
         """The recording of median final error among the held-out, else of all."""
         held_out = [series for series in self.series if series.held_out]
         ranked = sorted(held_out or self.series, key=lambda series: self.after.nrmse[series.name])
@@ -140,7 +140,7 @@ class Diagnosis:
 
         Torque over angle, measured, before and after; each of `series` has a `plot` of its own.
         """
-        shown = self.representative
+        shown = self.median_error_series
         axes = shown.plot(axes)
         old, new = self.before.nrmse[shown.name], self.after.nrmse[shown.name]
         role = "held out" if shown.held_out else "training"
@@ -175,7 +175,7 @@ class Diagnosis:
         }
 
 
-def _figures(effect: FoundEffect) -> str:
+def _effect_parameters_text(effect: FoundEffect) -> str:
     """Parameters of an effect with their deviations, and its grade."""
     values = [
         f"{name} = {p.value:.4g}" + (f" ± {p.std:.2g}" if p.std else "") + (p.unit != "1") * f" {p.unit}"

@@ -38,7 +38,7 @@ _ROUGH, _THOROUGH = 3, 20
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Outcome:
+class _RefitOutcome:
     """The torques of both models in a manoeuvre [N m], and the solution of the rival's refit."""
 
     manoeuvre: SampledManoeuvre
@@ -47,7 +47,7 @@ class _Outcome:
     solution: Array
 
     @property
-    def difference(self) -> float:
+    def rms_torque_difference(self) -> float:
         """Rms difference of the two torques [N m]."""
         return rmse_of(self.torque - self.rival_torque)
 
@@ -67,23 +67,23 @@ def propose(
     by_friction = sorted(recordings, key=lambda r: found.values.own[r.name]["mu"])
     typical = by_friction[(len(by_friction) - 1) // 2]
     span = float(np.mean([torque_range(r) for r in recordings]))
-    truth, other = _Simulated(found, typical), _Rival(rival, typical, span)
+    truth, other = _SimulatedModel(found, typical), _RefittedRival(rival, typical, span)
     rough = []
     for manoeuvre in manoeuvres(recorded_range(recordings)):
         torque = truth.torque(manoeuvre, truth.theta)[0]
         rough.append(other.refit(manoeuvre, torque, other.origin, _ROUGH))
-    rough.sort(key=lambda outcome: -outcome.difference)
+    rough.sort(key=lambda outcome: -outcome.rms_torque_difference)
     best = other.refine(rough[0])
     # A longer refit lowers the difference: a rough one that is below the best stays below it.
     for outcome in rough[1:]:
-        if best.difference >= outcome.difference:
+        if best.rms_torque_difference >= outcome.rms_torque_difference:
             break
-        best = max(best, other.refine(outcome), key=lambda outcome: outcome.difference)
+        best = max(best, other.refine(outcome), key=lambda outcome: outcome.rms_torque_difference)
     torques = best.torque, best.rival_torque
     return proposal_from_torques(found, rival, recordings, best.manoeuvre, torques, criteria)
 
 
-class _Simulated:
+class _SimulatedModel:
     """A fitted model on manoeuvres, with the values of one recording."""
 
     def __init__(self, fitted: Fit, typical: Recording) -> None:
@@ -101,7 +101,7 @@ class _Simulated:
         return simulated.M_z, simulated.sensitivities
 
 
-class _Rival(_Simulated):
+class _RefittedRival(_SimulatedModel):
     """The rival, refitted to a torque and, to first order, to the recordings at hand."""
 
     def __init__(self, fitted: Fit, typical: Recording, span: float) -> None:
@@ -118,11 +118,13 @@ class _Rival(_Simulated):
         self.information_root = _information_root(fitted, columns)
         self.weight = np.sqrt(SAMPLE_PERIOD / fitted_sample_period(fitted, typical)) / span
 
-    def refine(self, rough: _Outcome) -> _Outcome:
+    def refine(self, rough: _RefitOutcome) -> _RefitOutcome:
         """Continue a rough refit until it converges."""
         return self.refit(rough.manoeuvre, rough.torque, rough.solution, _THOROUGH)
 
-    def refit(self, manoeuvre: SampledManoeuvre, torque: Array, start: Array, most: int) -> _Outcome:
+    def refit(
+        self, manoeuvre: SampledManoeuvre, torque: Array, start: Array, most: int
+    ) -> _RefitOutcome:
         """Least squares of its torque error here and, weighted by information, of its change [1]."""
 
         @cache
@@ -150,12 +152,14 @@ class _Rival(_Simulated):
             max_nfev=most,
         )
         rival_torque = torque + solved.fun[len(self.information_root) :] / self.weight
-        return _Outcome(manoeuvre=manoeuvre, torque=torque, rival_torque=rival_torque, solution=solved.x)
+        return _RefitOutcome(
+            manoeuvre=manoeuvre, torque=torque, rival_torque=rival_torque, solution=solved.x
+        )
 
 
 def _information_root(fitted: Fit, columns: Sequence[int]) -> Array:
     """Root of the recordings' information on these columns, zero for a recording's own parameters."""
-    shared = [i for i, own in enumerate(fitted.own) if not own and i in columns]
+    shared = [i for i, own in enumerate(fitted.own_columns) if not own and i in columns]
     own = [i for i in range(len(fitted.labels)) if i not in shared]
     known = fitted.prior_weights > 0
     rows = np.concatenate([fitted.jacobian, np.diag(fitted.prior_weights)[known]])

@@ -88,7 +88,7 @@ def proposal_from_torques(
     """The proposal of a manoeuvre in which the two models have these torques [N m]."""
     spans = {r.name: torque_range(r) for r in recordings}
     difference = (torques[0] - torques[1]) / np.mean(list(spans.values()))
-    present = _RecordedData(
+    present = _RecordedModelDifference(
         count=len(recordings),
         seconds=sum(float(r.t[-1] - r.t[0]) for r in recordings),
         now=_mean(rmse_of(found.residuals[n] - rival.residuals[n]) / span for n, span in spans.items()),
@@ -99,11 +99,13 @@ def proposal_from_torques(
         ),
     )
     most = max(1, int(PATIENCE / manoeuvre.seconds))
-    enough = (n for n in range(1, most + 1) if _distinguished(difference, present, n, criteria))
+    enough = (
+        n for n in range(1, most + 1) if _is_distinguished_by_repeats(difference, present, n, criteria)
+    )
     times = next(enough, None)
     return Proposal(
-        found=_apart(found, rival),
-        rival=_apart(rival, found),
+        found=_extra_effect_names(found, rival),
+        rival=_extra_effect_names(rival, found),
         manoeuvre=manoeuvre,
         torque=torques[0],
         rival_torque=torques[1],
@@ -111,7 +113,7 @@ def proposal_from_torques(
         now=present.now,
         noise=present.noise,
         times=times,
-        standard_errors=_standard_errors(difference, present, times or 1, criteria.block),
+        standard_errors=_difference_in_standard_errors(difference, present, times or 1, criteria.block),
         needed=criteria.clear,
     )
 
@@ -123,7 +125,7 @@ def fitted_sample_period(fitted: Fit, recording: Recording) -> float:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _RecordedData:
+class _RecordedModelDifference:
     """The recordings at hand, and how the two models differ in them."""
 
     count: int
@@ -133,19 +135,21 @@ class _RecordedData:
     memory: float  # Autocorrelation time of that [s].
 
 
-def _distinguished(
-    difference: Array, present: _RecordedData, times: int, criteria: SelectionCriteria
+def _is_distinguished_by_repeats(
+    difference: Array, present: _RecordedModelDifference, times: int, criteria: SelectionCriteria
 ) -> bool:
     """Whether the search would distinguish them with the manoeuvre recorded so many times."""
     size = rmse_of(difference)
     noise = max(present.noise, 1e-12)
     errors = times * np.hypot(noise, size) + present.count * np.hypot(noise, present.now)
     gain = errors / (times + present.count) / noise - 1
-    clear = _standard_errors(difference, present, times, criteria.block) > criteria.clear
+    clear = _difference_in_standard_errors(difference, present, times, criteria.block) > criteria.clear
     return bool(size > criteria.resolution and gain > criteria.least_gain and clear)
 
 
-def _standard_errors(difference: Array, present: _RecordedData, times: int, block: float) -> float:
+def _difference_in_standard_errors(
+    difference: Array, present: _RecordedModelDifference, times: int, block: float
+) -> float:
     """Standard errors of the paired test over blocks [s] on all recordings; see `error_reduction`."""
     # With the residual e of the true model and e + d of the other, squares differ by 2 e d + d^2.
     size = round(block / SAMPLE_PERIOD)
@@ -163,7 +167,7 @@ def _mean(figures: Iterable[float]) -> float:
     return float(np.mean(list(figures)))
 
 
-def _apart(one: Fit, other: Fit) -> str:
+def _extra_effect_names(one: Fit, other: Fit) -> str:
     """Names of the effects that one model has and the other lacks."""
     theirs = {effect.name for effect in other.model.effects}
     return ", ".join(e.name for e in one.model.effects if e.name not in theirs)

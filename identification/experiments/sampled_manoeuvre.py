@@ -48,7 +48,7 @@ class RecordedRange:
     loads: tuple[float, float, float]
 
     @property
-    def slow(self) -> float:
+    def slowest_speed(self) -> float:
         """Slowest turning of a manoeuvre [rad/s]."""
         return min(MIN_TURN_RATE, self.speed / 4)
 
@@ -62,12 +62,12 @@ class RecordedRange:
         """Half the range of angles [rad]."""
         return (self.high - self.low) / 2
 
-    def words(self, share: float = 1.0) -> str:
+    def angle_range_text(self, share: float = 1.0) -> str:
         """An interval about the middle of the angles, in words."""
         low, high = (self.centre + sign * share * self.amplitude for sign in (-1, 1))
         return f"between {low:.2f} and {high:.2f} rad"
 
-    def turns(
+    def turn_legs(
         self, shares: Sequence[float], speed: float, start: float | None = None
     ) -> list[ManoeuvreLeg]:
         """Turns to shares of the amplitude at a speed [rad/s], from a start or, in a cycle, the last."""
@@ -94,7 +94,7 @@ class SampledManoeuvre:
         return np.vstack([self.psi, self.psi_dot, self.F_N, np.full(self.t.size, SAMPLE_PERIOD)])
 
     @property
-    def first_stroke(self) -> str:
+    def first_stroke_sentence(self) -> str:
         """Where it begins and which way it turns first, in a sentence."""
         way = self.psi[np.argmax(np.abs(self.psi - self.psi[0]) > MIN_REVERSAL)] - self.psi[0]
         back = np.flatnonzero(way * np.diff(self.psi) < 0)
@@ -133,18 +133,18 @@ def sampled_manoeuvre(
     The instruction is the cycle in words; load and time are added. Its first turn begins where the last
     ends. The load goes from the least to the greatest and back after every `load_step` [s], if given.
     """
-    lasts = sum(leg.seconds for leg in _with_stops([*cycle, cycle[0]])) - cycle[0].seconds
-    begin = reach.turns([cycle[-1].share], reach.speed, 0.0)
+    lasts = sum(leg.seconds for leg in _insert_stops_at_reversals([*cycle, cycle[0]])) - cycle[0].seconds
+    begin = reach.turn_legs([cycle[-1].share], reach.speed, 0.0)
     cycles, end = max(1, round(LENGTH / lasts)) * list(cycle), ManoeuvreLeg(cycle[-1].share, 0.5)
-    legs = _with_stops([ManoeuvreLeg(0, 0.5), *begin, *cycles, end])
+    legs = _insert_stops_at_reversals([ManoeuvreLeg(0, 0.5), *begin, *cycles, end])
     corners = np.cumsum([0.0, *(leg.seconds for leg in legs)])
     t: Array = np.arange(int(corners[-1] / SAMPLE_PERIOD) + 1, dtype=np.float64) * SAMPLE_PERIOD
     angles = reach.centre + reach.amplitude * np.array([0.0, *(leg.share for leg in legs)])
-    psi = _softened(np.interp(t, corners, angles))
+    psi = _smooth_by_moving_average(np.interp(t, corners, angles))
     light, usual, heavy = reach.loads
     F_N, constant = np.full(t.size, usual), f", load {usual:.0f} N"
     if load_step is not None:
-        F_N, constant = _softened(np.where((t // load_step) % 2 == 0, light, heavy)), ""
+        F_N, constant = _smooth_by_moving_average(np.where((t // load_step) % 2 == 0, light, heavy)), ""
     return SampledManoeuvre(
         instruction=f"{instruction}{constant}, {t[-1]:.0f} s".replace("-", "−"),
         t=t,
@@ -154,7 +154,7 @@ def sampled_manoeuvre(
     )
 
 
-def _with_stops(legs: Sequence[ManoeuvreLeg]) -> list[ManoeuvreLeg]:
+def _insert_stops_at_reversals(legs: Sequence[ManoeuvreLeg]) -> list[ManoeuvreLeg]:
     """These legs with a stop at every reversal."""
     # Friction that depends on speed is sensitive to standstill, else shorter than a sample.
     stopped, heading = [legs[0]], 0.0
@@ -167,7 +167,7 @@ def _with_stops(legs: Sequence[ManoeuvreLeg]) -> list[ManoeuvreLeg]:
     return stopped
 
 
-def _softened(steps: Array) -> Array:
+def _smooth_by_moving_average(steps: Array) -> Array:
     """The series without corners: a moving average over `_EDGE`, which stays within its range."""
     half = round(_EDGE / SAMPLE_PERIOD / 2)
     window = np.hanning(2 * half + 3)[1:-1]

@@ -24,7 +24,7 @@ from identification.fits.loss import LEAST_SQUARES, Loss, cost
 from identification.fits.options import FINE_FIT, FitOptions, OwnerAndName
 from identification.fits.parameter_values import Values, complete_values, initial_guess
 from identification.fits.single_threaded_blas import one_thread
-from identification.reading.declared_sensor_range import within_declared_range
+from identification.reading.declared_sensor_range import drop_torques_beyond_range
 from identification.reading.recordings import Recording
 from symbolic import Model, parameter_name
 from symbolic.float_array import Array
@@ -70,7 +70,7 @@ class Fit:
     prior_steps: Array
 
     @property
-    def own(self) -> tuple[bool, ...]:
+    def own_columns(self) -> tuple[bool, ...]:
         """For each column, whether it belongs to a recording, not to the tyre or a ground."""
         return tuple(owner in self.residuals for owner, _ in self.labels)
 
@@ -101,10 +101,10 @@ def fit(
     Raises:
         InvalidInputError: a torque is constant, or no parameter is free.
     """
-    recordings = [within_declared_range(recording) for recording in recordings]
+    recordings = [drop_torques_beyond_range(recording) for recording in recordings]
     begin = start or initial_guess(model, recordings)
     problem = LeastSquaresProblem(model, recordings, complete_values(model, begin, recordings), options)
-    x = problem.origin()
+    x = problem.start_coordinates()
     if not options.prior_weights:
         weights = problem.prior_weights(np.clip(x, *problem.bounds()))
     else:
@@ -189,7 +189,7 @@ AT_BOUND = 1e-3
 def parameters_at_bounds(fitted: Fit) -> Iterator[tuple[str, str, str]]:
     """Shared parameters that end where their range does: effect, name, and the same in words."""
     named = {parameter_name(effect, p): (effect, p) for effect, p in fitted.model.parameters if effect}
-    for (owner, name), own in zip(fitted.labels, fitted.own, strict=True):
+    for (owner, name), own in zip(fitted.labels, fitted.own_columns, strict=True):
         if own or name not in named:
             continue
         effect, parameter = named[name]

@@ -9,8 +9,8 @@ from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.loss import influence
 from identification.fits.options import FitOptions, OwnerAndName
 from identification.fits.parameter_values import Values, ground_of, grounds_of, rig_parameters
-from identification.reading.declared_sensor_range import within_declared_range
-from identification.reading.declared_torques import vehicle_torques
+from identification.reading.declared_sensor_range import drop_torques_beyond_range
+from identification.reading.declared_torques import declared_vehicle_torques
 from identification.reading.recordings import Recording
 from symbolic import (
     GEOMETRY,
@@ -39,7 +39,7 @@ def signals_of(recording: Recording) -> Array:
     return np.vstack([recording.psi, recording.psi_dot, recording.F_N, steps])
 
 
-def begins_at_zero(recording: Recording) -> bool:
+def is_first_torque_zero(recording: Recording) -> bool:
     """Whether the first torque is zero to `AT_ZERO` of its range, as where it was set to zero there.
 
     False where it is missing. A relaxed wheel on a sensor that was not tared begins so, too.
@@ -52,7 +52,7 @@ def begins_at_zero(recording: Recording) -> bool:
 
 def torque_range(recording: Recording) -> float:
     """Greatest minus least measured torque within the range of its sensor [N m]."""
-    torque = within_declared_range(recording).M_z
+    torque = drop_torques_beyond_range(recording).M_z
     known = torque[np.isfinite(torque)]
     span = float(np.ptp(known)) if known.size else 0.0
     if not span > 0:
@@ -85,7 +85,7 @@ class LeastSquaresProblem:
         self.model, self.recordings, self.start, self.loss = model, recordings, start, options.loss
         self.threads = options.threads
         self.parameters = [(parameter_name(e, p), p) for e, p in model.parameters]
-        free = _all_labels(self.parameters, recordings, options)
+        free = _free_parameters_by_label(self.parameters, recordings, options)
         self.by_label = {label: p for label, p in free.items() if label not in options.fixed}
         self.labels = list(self.by_label)
         if not self.labels:
@@ -96,16 +96,16 @@ class LeastSquaresProblem:
         self.signals = {r.name: signals_of(r) for r in recordings}
         self.present = {r.name: np.isfinite(r.M_z) for r in recordings}
         self.tolerated = {r.name: tuple(rig_parameters(r)) for r in recordings}
-        self.torques_declared = {r.name: vehicle_torques(r) for r in recordings}
-        self.directions = {r.name: self._directions(r) for r in recordings}
+        self.torques_declared = {r.name: declared_vehicle_torques(r) for r in recordings}
+        self.directions = {r.name: self._sensitivity_directions(r) for r in recordings}
         self.has_prior = np.array(
             [name in self.tolerated.get(owner or "", ()) for owner, name in self.labels]
         )
         starts = np.array([p.start for p in self.by_label.values()]) / self.scales
-        self.declared: Array = np.where(self.has_prior, starts, self.origin())
+        self.declared: Array = np.where(self.has_prior, starts, self.start_coordinates())
         self._known: dict[bytes, dict[str, Simulated]] = {}
 
-    def origin(self) -> Array:
+    def start_coordinates(self) -> Array:
         """The start in scaled coordinates."""
         coordinates = [p.to_coordinate(self.start.at(label)) for label, p in self.by_label.items()]
         return np.asarray(np.array(coordinates) / self.scales)
@@ -135,7 +135,7 @@ class LeastSquaresProblem:
 
     def torque_errors(self, x: Array) -> dict[str, Array]:
         """Simulated minus measured torque of every recording [N m]."""
-        torques = self._simulated(x)
+        torques = self._simulate_cached(x)
         return {r.name: torques[r.name][0] - r.M_z for r in self.recordings}
 
     def residuals(self, x: Array) -> Array:
@@ -145,7 +145,7 @@ class LeastSquaresProblem:
 
     def jacobian(self, x: Array) -> Array:
         """Exact derivatives of `residuals`."""
-        torques = self._simulated(x)
+        torques = self._simulate_cached(x)
         columns = {label: i for i, label in enumerate(self.labels)}
         samples, at = sum(int(present.sum()) for present in self.present.values()), 0
         jacobian = np.zeros((samples, len(self.labels)))
@@ -156,7 +156,7 @@ class LeastSquaresProblem:
                     jacobian[rows, i] = derivative[present] / self.ranges[name] * self.scales[i]
         return jacobian
 
-    def _simulated(self, x: Array) -> dict[str, Simulated]:
+    def _simulate_cached(self, x: Array) -> dict[str, Simulated]:
         """Torque of every recording and its derivatives, cached for the last two x."""
         key = x.tobytes()
         if key not in self._known:
@@ -174,7 +174,7 @@ class LeastSquaresProblem:
             torques = pool.map(lambda recording: self._torque(recording, values), self.recordings)
             return {r.name: torque for r, torque in zip(self.recordings, torques, strict=True)}
 
-    def _directions(self, recording: Recording) -> tuple[list[OwnerAndName], Array]:
+    def _sensitivity_directions(self, recording: Recording) -> tuple[list[OwnerAndName], Array]:
         """Free labels, all where each number takes its Function, and the directions that they are."""
         count = len(self.parameters)
         rows = {owner_and_name(name, p, recording): i for i, (name, p) in enumerate(self.parameters)}
@@ -183,12 +183,12 @@ class LeastSquaresProblem:
             for name in self.tolerated[recording.name]
             if name in RIG_DIRECTIONS
         }
-        needed = [label for label in rows if self.model.exact or label in self.by_label]
+        needed = [label for label in rows if self.model.uses_exact_patch or label in self.by_label]
         size = count + len(RIG_DIRECTIONS) * (len(rows) > count)
         return needed, np.eye(size)[:, [rows[label] for label in needed]]
 
     def _torque(self, recording: Recording, values: Values) -> Simulated:
-        """Torque and its derivatives by the labels of `_directions`."""
+        """Torque and its derivatives by the labels of `_sensitivity_directions`."""
         theta = np.array(self.model.coordinate_values(values.of(recording)))
         rig = values.rig.get(recording.name, {})
         # The signals of `replaced_rig`, without the checks of a new recording.
@@ -215,7 +215,7 @@ def owner_and_name(name: str, parameter: Parameter, recording: Recording) -> Own
     return owners[parameter.scope], name
 
 
-def _all_labels(
+def _free_parameters_by_label(
     parameters: Sequence[tuple[str, Parameter]], recordings: Sequence[Recording], options: FitOptions
 ) -> dict[OwnerAndName, Parameter]:
     """Every free coordinate: of the tyre, of each ground, of each recording, of its rig."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from identification.fits.options import OwnerAndName
-from identification.reading.declared_torques import vehicle_torques
+from identification.reading.declared_torques import declared_vehicle_torques
 from identification.reading.recordings import Recording
 from symbolic import (
     TOLERATED,
@@ -119,7 +119,7 @@ def initial_guess(model: Model, recordings: Sequence[Recording]) -> Values:
         slide = full_slide_torque(float(np.median(recording.F_N)), recording.rig.a)
         largest = float(np.nanquantile(np.abs(recording.M_z), UPPER_QUANTILE))
         mu = largest / slide
-        if largest > AT_RANGE * recording.rig.torque_limit:
+        if largest > AT_RANGE * recording.rig.sensor_torque_limit:
             mu = max(START_ABOVE_RANGE * mu, USUAL_FRICTION)
         own[recording.name] = {"mu": float(np.clip(mu, 0.05, 5.0))}
     k = float(np.exp(np.mean([np.log(recording.tyre.k) for recording in recordings])))
@@ -179,8 +179,8 @@ def rig_parameters(recording: Recording) -> dict[str, Parameter]:
     """
     rig = recording.rig
     declared = {"a": rig.a, "e": rig.e, "load": 1.0, "zero": 0.0}
-    spans = {name: (value, rig.tolerances.of(name)) for name, value in declared.items()}
-    spans |= {name: (1.0, one.tolerance) for name, one in vehicle_torques(recording).items()}
+    spans = {name: (value, rig.tolerances.tolerance_or_zero(name)) for name, value in declared.items()}
+    spans |= {name: (1.0, one.tolerance) for name, one in declared_vehicle_torques(recording).items()}
     return {
         name: Parameter(
             name=name,

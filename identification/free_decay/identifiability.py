@@ -98,7 +98,7 @@ def describe_identifiability(
         f"{count} recording{'s' * (count != 1)} at {lengths} contact length{'s' * (lengths != 1)} tell k"
         f" to {100 * _relative_half_width(k):.2g} % and b_t to"
         f" {100 * _relative_half_width(b_t):.2g} % (95 %).",
-        _assumptions(vibrations, k, of_lengths),
+        _assumption_sensitivity_text(vibrations, k, of_lengths),
     ]
     if agreed is False:
         sentences.append(_least_and_greatest_k(contacts, k.value))
@@ -137,7 +137,9 @@ def _relative_half_width(parameter: IdentifiedParameter) -> float:
     return (parameter.interval[1] - parameter.interval[0]) / 2 / abs(parameter.value)
 
 
-def _assumptions(vibrations: Sequence[FreeVibration], k: IdentifiedParameter, of_lengths: float) -> str:
+def _assumption_sensitivity_text(
+    vibrations: Sequence[FreeVibration], k: IdentifiedParameter, of_lengths: float
+) -> str:
     """Change of k with a, e and J_A, from the derivatives of [Györök 2022], (5.7)."""
     a, e = ca.SX.sym("a"), ca.SX.sym("e")
     by = ca.Function(
@@ -172,7 +174,9 @@ def _later_impacts(vibrations: Sequence[FreeVibration]) -> list[str]:
     sentences = []
     for r in vibrations:
         rest = np.abs(without_spikes(r.decay.psi)[r.last :] - r.centre)
-        if rest.size and rest.max() > max(_RIVAL * abs(r.deflection), MIN_DEFLECTION_STEPS * r.step):
+        if rest.size and rest.max() > max(
+            _RIVAL * abs(r.first_deflection), MIN_DEFLECTION_STEPS * r.step
+        ):
             at = float(r.decay.t[r.last + int(np.argmax(rest))])
             sentences.append(
                 f"{r.decay.name} goes on with another deflection at t = {at:.3g} s; only the vibration"

@@ -119,7 +119,7 @@ class Likelihood:
             )
 
         least = np.log(_MIN_NOISE * max(r.step for r in self.vibrations))
-        most = np.log(max(abs(r.deflection) for r in self.vibrations))
+        most = np.log(max(abs(r.first_deflection) for r in self.vibrations))
         return float(np.exp(minimize_scalar(cost, bounds=(least, most), method="bounded").x))
 
     def _response(self, recording: int, x: Array) -> VibrationTrajectory:
@@ -144,9 +144,9 @@ class Likelihood:
         b_t = float(np.median([2 * r.decay.inertia * r.damping for r in self.vibrations]))
         slips = []
         for a, e in self.contacts:
-            least = min(abs(r.deflection) for r in self.vibrations if r.contact == (a, e))
+            least = min(abs(r.first_deflection) for r in self.vibrations if r.contact == (a, e))
             slips.append(_FIRST_SLIDING * a * float(full_slide_level(1, a)) / (k * least))
-        swings = [(abs(r.deflection), abs(r.deflection) * r.omega) for r in self.vibrations]
+        swings = [(abs(r.first_deflection), abs(r.first_deflection) * r.omega) for r in self.vibrations]
         own = np.array([[angle, rate, angle] for angle, rate in swings])
         return np.concatenate([[k, b_t, *slips], own.ravel()])
 

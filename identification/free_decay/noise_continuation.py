@@ -57,10 +57,10 @@ def maximise_likelihood(likelihood: Likelihood) -> LikelihoodMaximum:
     """The most likely unknowns; LinAlgError where the readings do not depend on one of them."""
     x, steps = likelihood.start(), 0
     first = likelihood.evaluate(x, 1.0)
-    _units(first)
+    _conditional_std_of_unknowns(first)
     noise = likelihood.likeliest_noise(first.responses)
     for _ in range(_MAX_STAGES):
-        stage = _stage(likelihood, x, noise)
+        stage = _minimise_at_noise(likelihood, x, noise)
         x, steps = stage.x, steps + stage.steps
         likeliest = likelihood.likeliest_noise(stage.evaluation.responses)
         following = max(likeliest, noise / _MAX_FACTOR)
@@ -71,9 +71,9 @@ def maximise_likelihood(likelihood: Likelihood) -> LikelihoodMaximum:
     return replace(stage, converged=same and stage.converged, steps=steps)
 
 
-def _stage(likelihood: Likelihood, x: Array, noise: float) -> LikelihoodMaximum:
+def _minimise_at_noise(likelihood: Likelihood, x: Array, noise: float) -> LikelihoodMaximum:
     """The minimum for one scale of the noise, by a trust region."""
-    unit = _units(likelihood.evaluate(x, noise))
+    unit = _conditional_std_of_unknowns(likelihood.evaluate(x, noise))
 
     @lru_cache(maxsize=2)
     def evaluate(point: bytes) -> LikelihoodEvaluation:
@@ -101,7 +101,7 @@ def _stage(likelihood: Likelihood, x: Array, noise: float) -> LikelihoodMaximum:
     )
 
 
-def _units(evaluation: LikelihoodEvaluation) -> Array:
+def _conditional_std_of_unknowns(evaluation: LikelihoodEvaluation) -> Array:
     """Standard deviation of each unknown if all others were known."""
     information = np.diag(evaluation.hessian)
     if not (information > 0).all():
@@ -122,7 +122,7 @@ def jackknife_covariance(likelihood: Likelihood, solution: LikelihoodMaximum) ->
             slopes = response.sensitivities[part]
             curvature = slopes.T @ (slopes * losses.curvature[part, None])
             score = slopes.T @ losses.slope[part]
-            amplified = _amplified(inverse[np.ix_(columns, columns)], curvature, score)
+            amplified = _leverage_corrected_score(inverse[np.ix_(columns, columns)], curvature, score)
             changes.append(inverse[shared, columns] @ amplified)
     return JackknifeCovariance(
         covariance=np.sum([np.outer(change, change) for change in changes], axis=0),
@@ -139,7 +139,7 @@ def half_swings(psi: Array) -> list[slice]:
     return [slice(a, b) for a, b in pairwise(ends) if b > a]
 
 
-def _amplified(inverse: Array, curvature: Array, score: Array) -> Array:
+def _leverage_corrected_score(inverse: Array, curvature: Array, score: Array) -> Array:
     """(1 - C H^-1)^-1 g, in which H is one: the step by H^-1 of it is that without one half swing."""
     root = np.linalg.cholesky(inverse)
     leverages, axes = np.linalg.eigh(root.T @ curvature @ root)

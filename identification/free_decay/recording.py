@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 
 from identification.reading.readers import READERS, Reader, read_table
-from identification.reading.rigfile import rig_of_table
+from identification.reading.rigfile import rig_overridden_by_table
 from identification.reading.sample_table import DECAY_COLUMNS, MIN_SAMPLES
 from identification.reading.signal_map import NO_MAP, SignalMap, parse_signals
 from symbolic import InvalidInputError, Rig, Tyre
@@ -87,7 +87,7 @@ def read_decay(
     path = Path(path)
     signals = parse_signals(signals) if isinstance(signals, str) else signals
     table = read_table(path, DECAY_COLUMNS, readers, signals)
-    own_rig, own_tyre = rig_of_table(table, rig)
+    own_rig, own_tyre = rig_overridden_by_table(table, rig)
     present = np.isfinite(table.columns["psi"])
     try:
         return Decay(

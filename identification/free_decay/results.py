@@ -76,7 +76,7 @@ class VibrationFit:
         return float(np.sqrt(np.mean((self.psi - self.fitted) ** 2)))
 
     @property
-    def readings_met(self) -> float:
+    def share_of_readings_reproduced(self) -> float:
         """Share of the readings that are the fitted angle, rounded to the encoder's step [1]."""
         return float(np.mean(np.abs(self.psi - self.fitted) <= self.step / 2))
 
@@ -90,7 +90,7 @@ class VibrationFit:
             "end": float(self.t[-1]),
             "amplitude": self.amplitude,
             "residual_rms": self.rms,
-            "readings_met": self.readings_met,
+            "readings_met": self.share_of_readings_reproduced,
             "omega_n": self.sticking[0],
             "zeta": self.sticking[1],
         }

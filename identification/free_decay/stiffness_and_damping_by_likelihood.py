@@ -81,7 +81,7 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
     contacts = _contacts(likelihood.contacts, values, covariance, stiffnesses)
     covariance[0, 0] += (lengths * k.value) ** 2
     return FreeDecay(
-        k=_with_lengths(k, lengths),
+        k=_add_length_uncertainty(k, lengths),
         b_t=b_t,
         covariance=covariance[:COMMON, :COMMON],
         contacts=contacts,
@@ -108,7 +108,7 @@ def _parameter(value: float, variance: float, quantile: float, unit: str) -> Ide
     return IdentifiedParameter(value=value, std=std, interval=interval, unit=unit)
 
 
-def _with_lengths(k: IdentifiedParameter, lengths: float) -> IdentifiedParameter:
+def _add_length_uncertainty(k: IdentifiedParameter, lengths: float) -> IdentifiedParameter:
     """The stiffness with what lengths may be off, a deviation as a share of it, added in quadrature."""
     std = lengths * k.value
     half = float(np.hypot(k.interval[1] - k.value, ndtri((1 + _CONFIDENCE) / 2) * std))
@@ -129,7 +129,7 @@ def _check_plausible(vibration: FreeVibration, response: VibrationTrajectory, k:
             f" k of all recordings make {omega:.3g} rad/s: {_REMEDY}"
         )
     # Wrong readings count as no more than a swing.
-    residual = np.minimum(np.abs(vibration.psi - response.psi), abs(vibration.deflection))
+    residual = np.minimum(np.abs(vibration.psi - response.psi), abs(vibration.first_deflection))
     if not np.mean(residual**2) < np.var(response.psi):
         raise InvalidInputError(f"{name}: psi does not follow the vibration that was fitted: {_REMEDY}")
 

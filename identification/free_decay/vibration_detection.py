@@ -63,7 +63,7 @@ class FreeVibration:
         return self.decay.rig.a, self.decay.rig.e
 
     @property
-    def deflection(self) -> float:
+    def first_deflection(self) -> float:
         """First deflection from the centre [rad]."""
         return self.peak - self.centre
 
@@ -96,8 +96,8 @@ def find_vibration(decay: Decay) -> FreeVibration:
             f" not swing {MIN_PERIODS:g} times; record the vibration until it has died away"
         )
     loud = max(1.5 * step, _LOUD * deflection)
-    calm, end = _calm(t, np.abs(swing), loud, 2 * np.pi / omega)
-    damping = _damping(t[:calm], swing[:calm], loud, omega)
+    calm, end = _calm_interval(t, np.abs(swing), loud, 2 * np.pi / omega)
+    damping = _decay_rate_from_energy(t[:calm], swing[:calm], loud, omega)
     length = min(np.log(deflection / (_MIN_AMPLITUDE * step)), _MAX_LENGTH) / damping
     length = max(length, MIN_PERIODS * 2 * np.pi / omega)
     return FreeVibration(
@@ -157,7 +157,7 @@ def _frequency(t: Array, swing: Array) -> float:
     return 2 * np.pi * float(np.argmax(spectrum)) / (count * float(even[1] - even[0]))
 
 
-def _calm(t: Array, away: Array, loud: float, period: float) -> tuple[int, int]:
+def _calm_interval(t: Array, away: Array, loud: float, period: float) -> tuple[int, int]:
     """Begin of a whole period without loud samples, and the next loud sample or else the end."""
     is_loud = np.flatnonzero(away > loud)
     pauses = np.flatnonzero(np.diff(t[is_loud]) > period)
@@ -166,7 +166,7 @@ def _calm(t: Array, away: Array, loud: float, period: float) -> tuple[int, int]:
     return int(is_loud[-1]) + 1, t.size
 
 
-def _damping(t: Array, swing: Array, least: float, omega: float) -> float:
+def _decay_rate_from_energy(t: Array, swing: Array, least: float, omega: float) -> float:
     """Decay rate from the centroid of the energy, which lies at half a time constant [1/s]."""
     energy = np.where(np.abs(swing) > least, swing**2, 0) * np.gradient(t)
     delay = float(((t - t[0]) * energy).sum() / energy.sum())

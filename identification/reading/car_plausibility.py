@@ -13,12 +13,12 @@ from symbolic.float_array import Array
 from symbolic.signal_plausibility_limits import MAX_RETURNED_WORK
 from symbolic.vehicle.steering import (
     jacking_torque,
-    lever,
-    mean_angle,
+    mean_wheel_angle,
     pinion_angle,
-    pinion_of_rack,
+    pinion_angle_from_rack,
+    rack_and_gain,
     rack_force,
-    rack_of_pinion,
+    rack_lever,
 )
 from symbolic.vehicle.vehicle import Vehicle
 
@@ -40,11 +40,11 @@ up to 0.005 in steps of 10 N, from 0.024 on where it is clipped at 0.9 of the la
 def require_plausible_car(table: Table, vehicle: Vehicle) -> None:
     """Refuse columns that look like ones in other units, or of the other sign."""
     changed, reasons, columns = dict[str, SignalSource](), [], dict(table.columns)
-    for column, unit in _units(columns, vehicle).items():
+    for column, unit in _units_other_than_si(columns, vehicle).items():
         changed[column] = replace(table.source(column), unit=unit.replace(" ", ""))
         reasons.append(f"{column} looks like {unit}")
         columns[column] = columns[column] * UNITS[column][unit]
-    for column, reason in _signs(columns, vehicle).items():
+    for column, reason in _reversed_sign_reasons(columns, vehicle).items():
         source = changed.get(column, table.source(column))
         changed[column] = replace(source, factor=-source.factor)
         reasons.append(reason)
@@ -53,21 +53,21 @@ def require_plausible_car(table: Table, vehicle: Vehicle) -> None:
         raise InvalidInputError(f"{table.path}: {'; '.join(reasons)}: {remedy}")
 
 
-def rack_signals(columns: Mapping[str, Array], vehicle: Vehicle) -> tuple[Array, Array]:
+def rack_position_and_force(columns: Mapping[str, Array], vehicle: Vehicle) -> tuple[Array, Array]:
     """Way of the rack [m] and force on it [N], measured or from the handwheel's side."""
     bar = columns.get("T_bar", np.zeros_like(columns["t"]))
     s, force = columns.get("rack"), columns.get("F_rack")
     pinion = None
     if s is None:
         pinion = pinion_angle(vehicle, columns["handwheel"], np.nan_to_num(bar))
-        s = rack_of_pinion(vehicle, pinion)[0]
+        s = rack_and_gain(vehicle, pinion)[0]
     if force is None:
-        pinion = pinion_of_rack(vehicle, s) if pinion is None else pinion
+        pinion = pinion_angle_from_rack(vehicle, s) if pinion is None else pinion
         force = rack_force(vehicle, bar, columns.get("T_motor", 0.0), pinion)
     return s, force
 
 
-def shares_at_limits(columns: Mapping[str, Array], speed: Array) -> dict[str, float]:
+def shares_at_extreme_values(columns: Mapping[str, Array], speed: Array) -> dict[str, float]:
     """Share of the samples in which the rack moves that show the largest or the least value, by column.
 
     The greater share of the two [1], of the column that makes most of the force on the rack; empty where
@@ -82,7 +82,7 @@ def shares_at_limits(columns: Mapping[str, Array], speed: Array) -> dict[str, fl
 
 
 def require_unclipped(name: str, at_limit: Mapping[str, float], looks_like: str) -> None:
-    """Refuse a recording that is clipped, by `shares_at_limits`, and would be taken for another."""
+    """Refuse a recording that is clipped (`shares_at_extreme_values`) and looks like another."""
     for column, share in at_limit.items():
         if share > MAX_AT_LIMIT:
             raise InvalidInputError(
@@ -92,7 +92,7 @@ def require_unclipped(name: str, at_limit: Mapping[str, float], looks_like: str)
             )
 
 
-def _units(columns: Mapping[str, Array], vehicle: Vehicle) -> dict[str, str]:
+def _units_other_than_si(columns: Mapping[str, Array], vehicle: Vehicle) -> dict[str, str]:
     """Units by column where they are not SI."""
     sizes = dict(columns)
     if "T_motor" in columns and vehicle.motor_ratio > 0:
@@ -112,9 +112,9 @@ def _span(values: Array) -> float:
     return float(np.ptp(known)) if known.size else 0.0
 
 
-def _signs(columns: Mapping[str, Array], vehicle: Vehicle) -> dict[str, str]:
+def _reversed_sign_reasons(columns: Mapping[str, Array], vehicle: Vehicle) -> dict[str, str]:
     """Columns that count the other way, and why."""
-    s, force = rack_signals(columns, vehicle)
+    s, force = rack_position_and_force(columns, vehicle)
     ds = np.diff(s, prepend=s[:1])
     if not _span(s) > MIN_RACK_SPAN:
         return {}
@@ -126,7 +126,9 @@ def _signs(columns: Mapping[str, Array], vehicle: Vehicle) -> dict[str, str]:
             wrong = "T_bar" if np.nansum(motor * ds) > 0 else "T_motor"
             return {wrong: "T_bar and T_motor act against each other"}
     # Without what lifts the body, tyres and gear only take work.
-    work = (force - 2 * jacking_torque(vehicle, mean_angle(vehicle, s)) / lever(vehicle, s)) * ds
+    work = (
+        force - 2 * jacking_torque(vehicle, mean_wheel_angle(vehicle, s)) / rack_lever(vehicle, s)
+    ) * ds
     if np.nansum(work) < -MAX_RETURNED_WORK * np.nansum(np.abs(work)):
         way = "rack" if "rack" in columns else "handwheel"
         against = "F_rack" if "F_rack" in columns else "the torques"

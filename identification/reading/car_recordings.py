@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.reading.car_plausibility import (
-    rack_signals,
+    rack_position_and_force,
     require_plausible_car,
-    shares_at_limits,
+    shares_at_extreme_values,
 )
 from identification.reading.channels_by_name import absent_rack_columns, map_hint, missing_channels
 from identification.reading.checked_file_reading import read_bytes
@@ -31,7 +31,7 @@ from symbolic import InvalidInputError
 from symbolic.float_array import Array
 from symbolic.tables.toml_and_json_parsing import MAX_TABLES_SIZE, parse_toml, prefix_errors
 from symbolic.tables.vehicle_from_tables import vehicle_from_tables
-from symbolic.vehicle.mean_wheel import wheel_of_rack
+from symbolic.vehicle.mean_wheel import wheel_from_rack
 from symbolic.vehicle.rack_time_derivatives import differentiated_rack_signals
 from symbolic.vehicle.vehicle import Vehicle
 
@@ -76,9 +76,9 @@ def read_rack_recording(
     """Read way and force of a car's rack."""
     path = Path(path)
     table = read_table(path, ("t",), READERS, signals)
-    require_steering(table, vehicle)
+    require_rack_travel_and_force(table, vehicle)
     require_plausible_car(table, vehicle)
-    s, force = rack_signals(table.columns, vehicle)
+    s, force = rack_position_and_force(table.columns, vehicle)
     standstills = standstills_of(table.columns, vehicle)
     known = np.isfinite(s) & np.isfinite(force) & (standstills.stretch >= 0)
     if known.sum() < MIN_SAMPLES:
@@ -89,7 +89,7 @@ def read_rack_recording(
     columns = {name: column[known] for name, column in table.columns.items()}
     return RackRecording(
         name=path.stem, t=t, s=s, force=force, brakes=standstills.brakes[0],
-        at_limit=shares_at_limits(columns, smoothed_rate(t, s)),
+        at_limit=shares_at_extreme_values(columns, smoothed_rate(t, s)),
     )  # fmt: skip
 
 
@@ -105,13 +105,13 @@ def read_vehicle(path: str | Path) -> Vehicle:
         return vehicle_from_tables(parse_toml(content))
 
 
-def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
+def mean_wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
     """The table of the mean wheel, columns t, psi, M_z and F_N, and the standstills.
 
     M_z is NaN while the car rolls. A change of the brakes begins another standstill: the wheels turn
     about another point.
     """
-    require_steering(table, vehicle)
+    require_rack_travel_and_force(table, vehicle)
     require_plausible_car(table, vehicle)
     columns, standstills = table.columns, standstills_of(table.columns, vehicle)
     stands = standstills.stretch >= 0
@@ -120,23 +120,23 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
             f"{table.path}: the car never stands for {MIN_SAMPLES} samples: speed stays above"
             f" {vehicle.standstill:g} m/s, or is not known"
         )
-    s, force = rack_signals(columns, vehicle)
+    s, force = rack_position_and_force(columns, vehicle)
     braked = np.append(standstills.brakes, False)[standstills.stretch]
     moved = differentiated_rack_signals(
         columns["t"], s, np.broadcast_to(force, s.shape), standstills.stretch
     )
-    psi, M_z = np.where(braked, *(wheel_of_rack(vehicle, *moved, brakes=b) for b in (True, False)))
+    psi, M_z = np.where(braked, *(wheel_from_rack(vehicle, *moved, brakes=b) for b in (True, False)))
     of_wheel = {
         "t": columns["t"],
         "psi": psi,
         "M_z": np.where(stands, M_z, np.nan),
         "F_N": np.full(s.size, vehicle.wheel_load),
     }
-    at_limit = shares_at_limits(columns, np.where(stands, moved.speed, 0.0))
+    at_limit = shares_at_extreme_values(columns, np.where(stands, moved.speed, 0.0))
     return replace(table, columns=of_wheel), replace(standstills, at_limit=at_limit)
 
 
-def require_steering(table: Table, vehicle: Vehicle) -> None:
+def require_rack_travel_and_force(table: Table, vehicle: Vehicle) -> None:
     """Refuse a table without way or force of the rack, or with a motor on one side alone."""
     columns, signals = table.columns, SignalMap(signals=table.sources)
     if absent := absent_rack_columns(columns):
@@ -170,9 +170,9 @@ def standstills_of(columns: Mapping[str, Array], vehicle: Vehicle) -> Standstill
     """The standstills of a recording, by its speed and its brakes; shorter ones than that are none."""
     count = columns["t"].size
     # A speed that is measured, and not known yet, may be any.
-    speed = held(columns.get("speed", np.zeros(count)), np.inf)
+    speed = hold_last_value(columns.get("speed", np.zeros(count)), np.inf)
     stands = np.abs(speed) <= vehicle.standstill
-    brake = held(columns.get("brake", np.full(count, np.nan)), float(vehicle.brakes)) > 0.5
+    brake = hold_last_value(columns.get("brake", np.full(count, np.nan)), float(vehicle.brakes)) > 0.5
     state = np.where(stands, brake.astype(int), -1)
     begins = np.flatnonzero(np.diff(state, prepend=-2))
     stretch, brakes = np.full(count, -1), list[bool]()
@@ -186,7 +186,7 @@ def standstills_of(columns: Mapping[str, Array], vehicle: Vehicle) -> Standstill
     )  # fmt: skip
 
 
-def held(values: Array, default: float) -> Array:
+def hold_last_value(values: Array, default: float) -> Array:
     """A signal with its last value where one is missing, a default before the first."""
     place = np.maximum.accumulate(np.where(np.isfinite(values), np.arange(values.size), -1))
     return np.where(place >= 0, values[place], default)

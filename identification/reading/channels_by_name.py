@@ -181,18 +181,22 @@ def map_hint(
     inferred, of_hand = infer_units_and_sign(sources, values, of_hand, certain)
     sources = inferred | mapped
     changed = {
-        c: sources[c].geared(c) if c in of_hand else sources[c]
+        c: sources[c].geared_by_steering_ratio(c) if c in of_hand else sources[c]
         for c in sorted(sources, key=[*COLUMNS, *sources].index)
         if c in of_hand or c in signals.signals or sources[c] != SignalSource(channel=c)
     }
     load = CONSTANT_LOAD if [*absent] == ["F_N"] and channels["F_N"] is None else ""
-    ratio = SignalSource(channel="psi", ratio=signals.steering_ratio).for_ratio if of_hand else ""
-    taken = "" if "M_z" in of_hand else _torque_taken(channels.get("M_z") if "M_z" in guessed else None)
+    ratio = SignalSource(channel="psi", ratio=signals.steering_ratio).ratio_hint if of_hand else ""
+    taken = (
+        ""
+        if "M_z" in of_hand
+        else _assumed_torque_note(channels.get("M_z") if "M_z" in guessed else None)
+    )
     which = f"; say which is which{IN_PYTHON * in_python}"
     return f"{load}{taken}{which}, such as {corrected_map({}, changed)}{ratio}"
 
 
-def _torque_taken(channel: str | None) -> str:
+def _assumed_torque_note(channel: str | None) -> str:
     """Which torque a channel is taken for whose name does not tell, and how to say another one."""
     if channel is None or _OF_GROUND.search(channel):
         return ""

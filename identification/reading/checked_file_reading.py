@@ -14,7 +14,7 @@ MAX_FILE_SIZE = 500_000_000
 
 def require_readable(path: Path, largest: int = MAX_FILE_SIZE) -> int:
     """The size of a file that may be read [bytes]; a pipe or a device may block or never end."""
-    with as_read_error(path):
+    with convert_read_errors(path):
         status = path.stat()
         if path.is_dir():
             raise InvalidInputError(f"{path}: is a directory, expected a file")
@@ -32,12 +32,12 @@ def require_readable(path: Path, largest: int = MAX_FILE_SIZE) -> int:
 def read_bytes(path: Path, largest: int = MAX_FILE_SIZE) -> bytes:
     """The content of a file that `require_readable` allows."""
     size = require_readable(path, largest)
-    with as_read_error(path), path.open("rb") as file:
+    with convert_read_errors(path), path.open("rb") as file:
         return file.read(size)
 
 
 @contextmanager
-def as_read_error(path: Path) -> Iterator[None]:
+def convert_read_errors(path: Path) -> Iterator[None]:
     """Says in one line why a file cannot be read."""
     try:
         yield

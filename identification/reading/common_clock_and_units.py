@@ -13,7 +13,7 @@ from identification.reading.channels_by_name import (
     missing_channels,
     resolve_columns,
 )
-from identification.reading.map_for_recording import map_for_recording, unit_by_name
+from identification.reading.map_for_recording import add_unit_by_name, choose_map_for_channels
 from identification.reading.sample_table import MAX_SAMPLES, Table
 from identification.reading.signal_map import ANGLES, SignalMap, SignalSource
 from identification.reading.units import factor_of, is_unit, name_without_unit, unit_of_name
@@ -41,27 +41,27 @@ def table_from_channels(
     A channel with a time of its own goes onto the clock of the torque, by linear interpolation between
     its neighbours. Where the angle is sampled faster its instants join, the torque missing there.
     """
-    signals = map_for_recording(str(path), signals, file.names)
+    signals = choose_map_for_channels(str(path), signals, file.names)
     names = resolve_columns(path, file, needed, signals)
-    read = {c: _with_unit(c, name, file.read(name)) for c, name in names.items() if c != "t"}
+    read = {c: _add_unit_from_name(c, name, file.read(name)) for c, name in names.items() if c != "t"}
     if not read:
         # Of a car, where no single column is needed.
         timeless = [] if file.own_clocks or "t" in names else ["t"]
         raise missing_channels(path, [*timeless, "rack", "F_rack"], file.names, signals)
     own_clocks = "t" not in signals.signals and all(s.times is not None for s in read.values())
     if own_clocks and names.get("t") == "t":
-        own_clocks = not _is_clock(file.read("t"), *read.values())
+        own_clocks = not _is_common_clock(file.read("t"), *read.values())
     if not own_clocks:
         if "t" not in names:
             raise missing_channels(path, ["t"], file.names, signals, file.read)
-        read = {"t": _with_unit("t", names["t"], file.read(names["t"])), **read}
+        read = {"t": _add_unit_from_name("t", names["t"], file.read(names["t"])), **read}
     sources, in_si = dict[str, SignalSource](), dict[str, ChannelSamples]()
     remarks: dict[str, list[str]] = {_BY_NAME: [], _BY_FILE: []}
     for column, samples in read.items():
         source = signals.of(column, name_without_unit(names[column]))
         with prefix_errors(f"{path}: {names[column]}"):
             is_date = np.asarray(samples.values).dtype.kind in "mM"
-            source, taken = (source, "") if is_date else unit_by_name(column, source, samples.unit)
+            source, taken = (source, "") if is_date else add_unit_by_name(column, source, samples.unit)
             in_si[column] = replace(samples, values=_in_si(column, samples, source))
         remarks[_BY_NAME] += [taken] * bool(taken)
         if source.unit is None and samples.unit and factor_of(column, samples.unit) not in (None, 1.0):
@@ -93,12 +93,12 @@ def apply_map(table: Table, needed: Sequence[str], signals: SignalMap) -> Table:
     return replace(table, columns=mapped.columns, sources=mapped.sources, names=mapped.names)
 
 
-def _is_clock(time: ChannelSamples, *channels: ChannelSamples) -> bool:
+def _is_common_clock(time: ChannelSamples, *channels: ChannelSamples) -> bool:
     """Whether a channel holds the times of all channels, and so tells where they begin, too."""
     return all(np.array_equal(time.values, np.asarray(s.times)) for s in channels)
 
 
-def _with_unit(column: str, name: str, samples: ChannelSamples) -> ChannelSamples:
+def _add_unit_from_name(column: str, name: str, samples: ChannelSamples) -> ChannelSamples:
     """The samples with the unit in brackets behind the name, where the file says none."""
     unit = unit_of_name(name)
     return replace(samples, unit=unit) if not samples.unit and is_unit(column, unit) else samples
@@ -108,7 +108,7 @@ def _in_si(column: str, samples: ChannelSamples, source: SignalSource) -> Array:
     """The values as numbers; instants and durations of a time as seconds, instants since the first."""
     values = np.asarray(samples.values)
     if column == "t" and values.dtype.kind in "mM":
-        if source.scale("t", "") != 1:
+        if source.factor_to_si("t", "") != 1:
             raise InvalidInputError(f"has a unit of its own; write --map t={source.channel}")
         since: Any = values - values[:1] if values.dtype.kind == "M" else values
         seconds: Array = since / np.timedelta64(1, "s")
@@ -116,7 +116,7 @@ def _in_si(column: str, samples: ChannelSamples, source: SignalSource) -> Array:
     if values.ndim != 1 or values.dtype.kind not in "fiub":
         raise InvalidInputError(f"the channel of {column} must be one row of real numbers")
     with np.errstate(over="ignore", invalid="ignore"):
-        return values.astype(np.float64) * source.scale(column, samples.unit)
+        return values.astype(np.float64) * source.factor_to_si(column, samples.unit)
 
 
 def _on_one_clock(path: Path, columns: Mapping[str, ChannelSamples]) -> dict[str, Array]:

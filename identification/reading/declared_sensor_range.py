@@ -11,7 +11,7 @@ from symbolic.float_array import Array
 from symbolic.patch_moment import full_slide_arm
 
 
-def within_declared_range(recording: Recording) -> Recording:
+def drop_torques_beyond_range(recording: Recording) -> Recording:
     """The recording without the torques beyond the range of their sensor; its angle and load stay."""
     used = {}
     for name, torque in (("M_z", recording.M_z), ("M", recording.M)):
@@ -22,7 +22,7 @@ def within_declared_range(recording: Recording) -> Recording:
 
 def counts_beyond_range(recording: Recording) -> tuple[int, int]:
     """How many aligning, or else steering torques are beyond their sensor's range, and of how many."""
-    torque = recording.recorded_torque
+    torque = recording.aligning_or_steering_torque
     return int(_beyond(recording, torque).sum()), int(np.isfinite(torque).sum())
 
 
@@ -32,7 +32,7 @@ def share_beyond_range(recording: Recording) -> float:
     return beyond / max(known, 1)
 
 
-def left_out_note(recordings: Sequence[Recording]) -> str:
+def torque_beyond_range_note(recordings: Sequence[Recording]) -> str:
     """In how many samples that is so, in words; empty for none."""
     counts = {one.name: counts_beyond_range(one) for one in recordings}
     told = [f"{name} {count} of {size} samples" for name, (count, size) in counts.items() if count]
@@ -42,9 +42,11 @@ def left_out_note(recordings: Sequence[Recording]) -> str:
 def greatest_friction(recording: Recording) -> float:
     """Friction whose full slide is at the end of the used range, at the median load [1]."""
     load = float(np.median(recording.F_N[recording.F_N > 0]))
-    return float(recording.rig.torque_limit / (load * full_slide_arm(recording.rig.a, recording.rig.e)))
+    return float(
+        recording.rig.sensor_torque_limit / (load * full_slide_arm(recording.rig.a, recording.rig.e))
+    )
 
 
 def _beyond(recording: Recording, torque: Array) -> NDArray[np.bool_]:
-    beyond: NDArray[np.bool_] = np.abs(torque) >= recording.rig.torque_limit
+    beyond: NDArray[np.bool_] = np.abs(torque) >= recording.rig.sensor_torque_limit
     return beyond

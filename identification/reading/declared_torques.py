@@ -20,7 +20,7 @@ from identification.reading.recordings import Recording
 from identification.reading.trimming_and_thinning import recording_at_samples
 from symbolic.float_array import Array
 from symbolic.parameters import EVEN
-from symbolic.vehicle.contact_about_kingpin import growth_to_full_lock
+from symbolic.vehicle.contact_about_kingpin import contact_growth_at_full_lock
 from symbolic.vehicle.mean_wheel import lever_growth_at_lock, rig_of
 from symbolic.vehicle.steering import jacking_torque, lock_angle
 
@@ -33,7 +33,7 @@ SHARES = {
     "damping_share": "damping of joints and gear over that declared",
     "growth_share": "growth of the wheels' torque towards the locks over that by the declared kingpin",
 }
-"""What each share of `vehicle_torques` is."""
+"""What each share of `declared_vehicle_torques` is."""
 SLACK = 2e-4
 """Play of the angle's noise, either way [rad]."""
 
@@ -45,15 +45,15 @@ class TorqueWithTolerance(NamedTuple):
     tolerance: float
 
 
-def vehicle_torques(recording: Recording) -> Mapping[str, TorqueWithTolerance]:
+def declared_vehicle_torques(recording: Recording) -> Mapping[str, TorqueWithTolerance]:
     """Declared torques of a recording's vehicle, by name of the share; empty for a wheel on a rig."""
     if (car := recording.standstills) is None:
         return {}
     vehicle, psi, tolerances = car.vehicle, recording.psi, car.vehicle.tolerances
-    growth = growth_to_full_lock(vehicle, brakes=car.brakes[0]).torque * np.sin(psi) ** 2
+    growth = contact_growth_at_full_lock(vehicle, brakes=car.brakes[0]).torque * np.sin(psi) ** 2
     measured = np.nan_to_num(recording.M_z)
     declared = {
-        "gear_share": (_gear(recording, car), tolerances.gear_friction),
+        "gear_share": (_declared_gear_friction_torque(recording, car), tolerances.gear_friction),
         "return_share": (-jacking_torque(vehicle, psi) / (1 + growth), JACKING / EVEN),
         "damping_share": (-vehicle.damping * recording.psi_dot, tolerances.damping),
         "growth_share": (growth * measured, GROWTH / EVEN),
@@ -61,7 +61,7 @@ def vehicle_torques(recording: Recording) -> Mapping[str, TorqueWithTolerance]:
     return {n: TorqueWithTolerance(c, tol) for n, (c, tol) in declared.items() if tol > 0 and np.any(c)}
 
 
-def farthest_standstill_without_gear(recording: Recording) -> tuple[Recording, str]:
+def standstill_less_gear_friction(recording: Recording) -> tuple[Recording, str]:
     """The standstill of a car in which it was steered farthest, its gear's declared friction taken off.
 
     A note tells where it has others; a wheel on a rig stays as it is.
@@ -78,10 +78,12 @@ def farthest_standstill_without_gear(recording: Recording) -> tuple[Recording, s
         f"{recording.name}: of {numbers.size} standstills that from {stood.t[0]:.6g} to"
         f" {stood.t[-1]:.6g} s, in which it was steered farthest, is diagnosed"
     )
-    return replace(stood, M_z=stood.M_z - _gear(stood, alone)), note * (numbers.size > 1)
+    return replace(stood, M_z=stood.M_z - _declared_gear_friction_torque(stood, alone)), note * (
+        numbers.size > 1
+    )
 
 
-def _gear(recording: Recording, car: Standstills) -> Array:
+def _declared_gear_friction_torque(recording: Recording, car: Standstills) -> Array:
     """Torque of the gear's dry friction as declared [N m]."""
     vehicle, psi = car.vehicle, recording.psi
     presliding = vehicle.presliding / vehicle.steering_arm

@@ -15,7 +15,7 @@ from identification.reading.formats.csvfile import read_csv
 from identification.reading.formats.hdf5 import open_hdf5
 from identification.reading.formats.matlab_5_file import is_hdf5, read_mat
 from identification.reading.formats.mdf import open_mdf
-from identification.reading.formats.optional_libraries import read_format
+from identification.reading.formats.optional_libraries import read_by_optional_library
 from identification.reading.formats.parquet import open_parquet
 from identification.reading.formats.ros import open_ros
 from identification.reading.formats.tdms import open_tdms
@@ -54,7 +54,7 @@ def _read_matlab(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP)
             f"{path}: is a MATLAB 7.3 (HDF5) file; save it as MATLAB 5, with save(..., '-v7'), or"
             " pip install 'brushgrip[hdf5]'"
         )
-    return read_format(open_hdf5, path, needed, signals)
+    return read_by_optional_library(open_hdf5, path, needed, signals)
 
 
 _FORMATS = {
@@ -72,7 +72,7 @@ READERS: Mapping[str, Reader] = MappingProxyType(
         ".mat": _read_matlab,
         **dict.fromkeys(PLAIN, read_csv),
         **{
-            suffix: partial(read_format, opener)
+            suffix: partial(read_by_optional_library, opener)
             for opener, suffixes in _FORMATS.values()
             for suffix in suffixes
         },
@@ -105,7 +105,7 @@ def read_table(
     return table
 
 
-def files_beside(paths: Iterable[Path], signals: SignalMap) -> list[Path]:
+def companion_files(paths: Iterable[Path], signals: SignalMap) -> list[Path]:
     """Files that are read along with recordings: the database of CAN logs, the rest of a ROS 2 bag."""
     found = dict.fromkeys([] if signals.dbc is None else [signals.dbc])
     for path in paths:

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from identification.loop_plot import ALIGNING, draw_loops
-from identification.reading.car_recordings import Standstills, held, wheel_table
+from identification.reading.car_recordings import Standstills, hold_last_value, mean_wheel_table
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.readers import READERS, Reader, read_table
-from identification.reading.rigfile import rig_and_signals, rig_of_table
+from identification.reading.rigfile import rig_and_signals, rig_overridden_by_table
 from identification.reading.sample_table import (
     MIN_SAMPLES,
     Table,
@@ -22,7 +22,7 @@ from identification.reading.sample_table import (
     required_columns,
 )
 from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, parse_signals
-from identification.reading.steering_rate import require_rate_of_angle, smoothed_rate
+from identification.reading.steering_rate import require_rate_matches_angle, smoothed_rate
 from identification.reading.units import unit_of_name
 from symbolic import InvalidInputError, Rig, Tyre
 from symbolic.float_array import Array
@@ -97,11 +97,11 @@ class Recording:
 
     def plot(self, axes: "Axes | None" = None) -> "Axes":
         """Draw aligning, else steering torque over the angle, into axes or new ones of pyplot."""
-        label = ALIGNING if self.recorded_torque is self.M_z else "steering torque $M$ [N m]"
-        return draw_loops(axes, self.psi, {self.name: self.recorded_torque}, label)
+        label = ALIGNING if self.aligning_or_steering_torque is self.M_z else "steering torque $M$ [N m]"
+        return draw_loops(axes, self.psi, {self.name: self.aligning_or_steering_torque}, label)
 
     @property
-    def recorded_torque(self) -> Array:
+    def aligning_or_steering_torque(self) -> Array:
         """Aligning torque, or the steering torque where that alone is known [N m]."""
         return self.M_z if self.M is None or np.isfinite(self.M_z).any() else self.M
 
@@ -199,7 +199,7 @@ def read_recording(
     if vehicle is None:
         table = read_table(path, required_columns(torque_required=torque_required), readers, signals)
         return recording_of(table, rig, path.stem, causal=causal)
-    wheel, standstills = wheel_table(read_table(path, ("t",), readers, signals), vehicle)
+    wheel, standstills = mean_wheel_table(read_table(path, ("t",), readers, signals), vehicle)
     require_valid_samples(wheel, required_columns(torque_required=True))
     rig = rig_of(vehicle, brakes=standstills.brakes[0])
     recording = recording_of(replace(wheel, declared={}), rig, path.stem, causal=causal)
@@ -211,20 +211,20 @@ def recording_of(
     table: Table, rig: tuple[Rig, Tyre] | None, name: str, *, causal: bool = False
 ) -> Recording:
     """The recording of a table whose samples were checked; arguments as of `read_recording`."""
-    own_rig, own_tyre = rig_of_table(table, rig)
+    own_rig, own_tyre = rig_overridden_by_table(table, rig)
     columns = _from_first_complete(table) if causal else table.columns
     t = columns["t"]
 
     def fill(values: Array) -> Array:
         known = ~np.isnan(values)
-        return held(values, np.nan) if causal else np.interp(t, t[known], values[known])
+        return hold_last_value(values, np.nan) if causal else np.interp(t, t[known], values[known])
 
     psi = fill(columns["psi"])
     psi_dot = columns.get("psi_dot")
     measured_rate = psi_dot is not None and not np.isnan(psi_dot).all()
     rate = fill(columns["psi_dot"]) if measured_rate else smoothed_rate(t, psi)
     if measured_rate:
-        require_rate_of_angle(table, psi, rate)
+        require_rate_matches_angle(table, psi, rate)
     return Recording(
         name=name,
         t=t,

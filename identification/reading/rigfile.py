@@ -76,7 +76,7 @@ def rig_text(rig: Rig, tyre: Tyre) -> str:
     return "\n".join(lines)
 
 
-def rig_of_table(table: Table, nominal: tuple[Rig, Tyre] | None) -> tuple[Rig, Tyre]:
+def rig_overridden_by_table(table: Table, nominal: tuple[Rig, Tyre] | None) -> tuple[Rig, Tyre]:
     """The nominal rig and tyre, overridden by the values that the table declares."""
     missing = [key for keys in REQUIRED_KEYS.values() for key in keys if key not in table.declared]
     if nominal is None and missing:
@@ -158,7 +158,7 @@ def _signal(column: str, entry: object) -> SignalSource:
 def signals_section(signals: SignalMap) -> str:
     """The sections of a rig file of which `read_signals` makes this map again; empty for none."""
     lines = []
-    for one in signals.each if signals.signals or signals.dbc or signals.others else ():
+    for one in signals.alternatives if signals.signals or signals.dbc or signals.others else ():
         lines += [f"[[{SIGNALS}]]" if signals.others else f"[{SIGNALS}]"]
         lines += [toml_entry(column, source) for column, source in one.signals.items()]
         lines += [] if one.dbc is None else [f"{DBC} = {toml_value(str(one.dbc.absolute()))}"]

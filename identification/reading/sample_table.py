@@ -104,10 +104,10 @@ def require_valid_samples(table: Table, needed: Sequence[str]) -> None:
     _require_one_length(table)
     columns = {name: table.columns[name] for name in MAX_VALUES if name in table.columns}
     checks = [
-        _unread(table),
+        _unreadable_check(table),
         *(_infinite(name, values) for name, values in columns.items()),
         *(_too_large(table, name, values) for name, values in columns.items()),
-        *(_no_load(table, values) for name, values in columns.items() if name == "F_N"),
+        *(_nonpositive_load_check(table, values) for name, values in columns.items() if name == "F_N"),
         *_time_checks(columns["t"]),
     ]
     faulty = np.logical_or.reduce([wrong for wrong, _ in checks])
@@ -150,7 +150,7 @@ _Check = tuple[NDArray[np.bool_], Callable[[int], str]]
 """Where samples are wrong, and what is wrong with one of them."""
 
 
-def _unread(table: Table) -> _Check:
+def _unreadable_check(table: Table) -> _Check:
     what = {fault.sample: fault.what for fault in reversed(table.faults)}
     return np.isin(np.arange(table.columns["t"].size), list(what)), what.__getitem__
 
@@ -166,10 +166,10 @@ def _too_large(table: Table, name: str, values: Array) -> _Check:
     wrong = np.isfinite(values) & (np.abs(values) > most)
     if unit_by_size(name, values):  # Of a car: refused later, with all else that its units are not.
         wrong = np.zeros_like(wrong)
-    return wrong, lambda at: f"{name} = {values[at]:g} {unit}; {allowed}{_other_unit(table, name)}"
+    return wrong, lambda at: f"{name} = {values[at]:g} {unit}; {allowed}{_other_unit_entry(table, name)}"
 
 
-def _no_load(table: Table, F_N: Array) -> _Check:
+def _nonpositive_load_check(table: Table, F_N: Array) -> _Check:
     source = table.source("F_N")
     turned = corrected_map(table.sources, {"F_N": replace(source, factor=-source.factor)})
     remedy = "" if (F_N > 0).any() else f"; if it counts the other way: {turned}"
@@ -197,7 +197,7 @@ def _time_checks(t: Array) -> Iterator[_Check]:
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def _other_unit(table: Table, column: str) -> str:
+def _other_unit_entry(table: Table, column: str) -> str:
     """The map to write where a column is too large because it is in a smaller unit."""
     source = table.source(column)
     smaller = sorted((factor, unit) for unit, factor in UNITS[column].items() if factor < 1)
@@ -212,9 +212,9 @@ def _other_unit(table: Table, column: str) -> str:
     certain = {"M_z", "M", *(c for c, one in sources.items() if one.unit is not None)}
     inferred, geared = infer_units_and_sign(sources, values, set(), certain)
     # As degrees it is still beyond a right angle, so that it is the steering wheel's.
-    inferred |= {c: inferred[c].geared(c) for c in geared}
+    inferred |= {c: inferred[c].geared_by_steering_ratio(c) for c in geared}
     changed = {c: one for c, one in inferred.items() if one != table.sources.get(c)}
     if stated and column not in geared:
         return ""
     of_hand = "if it is the steering wheel's in degrees" if geared else "if it is in another unit"
-    return f"; {of_hand}: {corrected_map(table.sources, changed)}{source.for_ratio if geared else ''}"
+    return f"; {of_hand}: {corrected_map(table.sources, changed)}{source.ratio_hint if geared else ''}"

@@ -82,14 +82,14 @@ def sensor_saturation(torque: Array, psi: Array, F_N: Array) -> SensorSaturation
     torque, psi, load = torque[known], psi[known], F_N[known]
     size = np.abs(torque)
     most = float(np.quantile(size, QUANTILE))
-    rough = _differences(torque)
+    rough = _noise_scaled_differences(torque)
     great, small = (np.isfinite(rough) & place for place in (size > GREAT * most, size < SMALL * most))
     if not (great.any() and small.any()):
         return None
     noise, at_top = _noise_std(rough[small]), _noise_std(rough[great])
     changes = np.abs(np.diff(torque))
     least = float(changes[changes > 0].min(initial=np.inf))
-    by_angle = _noise_correlation(_differences(psi)[small], rough[small]) ** 2
+    by_angle = _noise_correlation(_noise_scaled_differences(psi)[small], rough[small]) ** 2
     pairs = small[1:] & small[:-1]
     is_noise = noise > STEPS * least and _noise_correlation(rough[:-1][pairs], rough[1:][pairs]) < WHITE
     if not is_noise or by_angle > BY_ANGLE:
@@ -98,10 +98,12 @@ def sensor_saturation(torque: Array, psi: Array, F_N: Array) -> SensorSaturation
     if at_top * exp(CLEAR * doubt) < LESS_NOISE * noise:
         sign = f"its noise is {at_top / noise:.2f} of that of small torques"
         return SensorSaturation(torque=most, sign=sign)
-    return _stays(size, load, at_top, most)
+    return _saturation_if_load_independent(size, load, at_top, most)
 
 
-def _stays(size: Array, load: Array, noise: float, most: float) -> SensorSaturation | None:
+def _saturation_if_load_independent(
+    size: Array, load: Array, noise: float, most: float
+) -> SensorSaturation | None:
     """The end that a torque reaches, from where it stays within its noise whatever the load."""
     near = size >= most - ABOVE * noise
     end = float(np.median(size[near])) if near.any() else most
@@ -112,7 +114,7 @@ def _stays(size: Array, load: Array, noise: float, most: float) -> SensorSaturat
         return None
     level, weight = (np.array([of[block].mean() for block in blocks]) for of in (size, load))
     off, follows = weight - weight.mean(), float(level.mean() / weight.mean())
-    of_load = _noise_std(_differences(load)) / sqrt(BLOCK)
+    of_load = _noise_std(_noise_scaled_differences(load)) / sqrt(BLOCK)
     # Less the noise of the load, which would make the slope of least squares the smaller.
     power = float(off @ off) - (len(off) + CLEAR * sqrt(2 * len(off))) * of_load**2
     change = sqrt(12 * max(power, 0.0) / len(off)) / weight.mean()
@@ -138,7 +140,7 @@ def _blocks(place: NDArray[np.bool_]) -> list[slice]:
     ]
 
 
-def _differences(values: Array) -> Array:
+def _noise_scaled_differences(values: Array) -> Array:
     """Differences of white noise's own size, NaN where there is none, shape (n,)."""
     rough, at = np.full(values.size, np.nan), ORDER // 2
     rough[at : values.size - at] = np.diff(values, ORDER) / sqrt(comb(2 * ORDER, ORDER))

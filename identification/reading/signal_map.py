@@ -60,18 +60,18 @@ class SignalSource:
                 f" negative, got {quoted_value(self.factor)}"
             )
 
-    def scale(self, column: str, unit: str) -> float:
+    def factor_to_si(self, column: str, unit: str) -> float:
         """The factor from channel to column in SI; the unit of the file counts if the map has none."""
         factor = require_factor(column, unit if self.unit is None else self.unit, self.channel)
         return self.factor * factor / (self.ratio if self.ratio and column in ANGLES else 1.0)
 
-    def as_map(self, column: str) -> str:
+    def map_entry_text(self, column: str) -> str:
         """As on the command line: `psi=-0.5*Steer:deg`."""
         factor = "" if abs(self.factor) == 1 else f"{_factor_text(abs(self.factor))}*"
         unit = "" if self.unit is None else f":{self.unit}"
         return f"{column}={'-' * (self.factor < 0)}{factor}{self.channel}{unit}"
 
-    def geared(self, column: str) -> "SignalSource":
+    def geared_by_steering_ratio(self, column: str) -> "SignalSource":
         """The same with a steering ratio, that of `--steering-ratio` or the usual one.
 
         An angle is divided by it, unless that option does so; a moment is multiplied by it.
@@ -82,7 +82,7 @@ class SignalSource:
         return replace(self, factor=times if self.factor > 0 else -times)
 
     @property
-    def for_ratio(self) -> str:
+    def ratio_hint(self) -> str:
         """What to put in place of the usual ratio of `geared`; empty where it is not used."""
         return "" if self.ratio else f", with your steering ratio for {USUAL_RATIO}"
 
@@ -125,14 +125,14 @@ class SignalMap:
                     f"{excerpt(column)} is no column of a recording; allowed: {', '.join(UNITS)}, {DBC}"
                 )
             with prefix_errors(column):
-                signal.scale(column, "")
+                signal.factor_to_si(column, "")
 
     def __bool__(self) -> bool:
         """Whether anything is mapped."""
         return bool(self.signals or self.others or self.steering_ratio)
 
     @property
-    def each(self) -> tuple["SignalMap", ...]:
+    def alternatives(self) -> tuple["SignalMap", ...]:
         """This map without the others, then these."""
         return (replace(self, others=()), *self.others)
 
@@ -144,7 +144,7 @@ class SignalMap:
     def updated(self, other: "SignalMap") -> "SignalMap":
         """This map where the other is silent; of several each with each, or one that is whole alone."""
         joined = list[SignalMap]()
-        for mine, one in product(self.each, other.each):
+        for mine, one in product(self.alternatives, other.alternatives):
             alone = self.others and any(whole <= one.signals.keys() for whole in _WHOLE)
             below = {} if alone else mine.signals
             new = replace(one, signals={**below, **one.signals}, dbc=one.dbc or mine.dbc)
@@ -229,7 +229,7 @@ def corrected_map(sources: Mapping[str, SignalSource], changed: Mapping[str, Sig
     Names that `--map` cannot hold make it the first line of the file that has [signals].
     """
     given = {c: s for c, s in sources.items() if s != SignalSource(channel=c)} | dict(changed)
-    entries = {column: source.as_map(column) for column, source in given.items()}
+    entries = {column: source.map_entry_text(column) for column, source in given.items()}
     found = [_SOURCE.fullmatch(entry.partition("=")[2]) for entry in entries.values()]
     for source, one in zip(given.values(), found, strict=True):
         if "," in source.channel or one is None or one["channel"] != source.channel:

@@ -64,7 +64,7 @@ MIN_CORRELATION = 0.8
 """Correlation with that derivative below which noise or delay rule, and the ratio says nothing [1]."""
 
 
-def require_rate_of_angle(table: Table, psi: Array, psi_dot: Array) -> None:
+def require_rate_matches_angle(table: Table, psi: Array, psi_dot: Array) -> None:
     """Refuse a measured rate [rad/s] of another unit or sign than the derivative of the angle [rad].
 
     The rate is integrated and differentiated as the angle is, so that smoothing changes both alike.
@@ -86,11 +86,11 @@ def require_rate_of_angle(table: Table, psi: Array, psi_dot: Array) -> None:
     scale = float(np.copysign(ratio, correlation))
     raise InvalidInputError(
         f"{table.path}: psi_dot is {scale:.3g} times the derivative of psi, expected"
-        f" {1 / MAX_RATE_SCALE:g} to {MAX_RATE_SCALE:g}; {_remedy(table, scale)}"
+        f" {1 / MAX_RATE_SCALE:g} to {MAX_RATE_SCALE:g}; {_rate_correction_text(table, scale)}"
     )
 
 
-def _remedy(table: Table, scale: float) -> str:
+def _rate_correction_text(table: Table, scale: float) -> str:
     """The map under which the rate is the angle's derivative: by unit and sign, or else by a factor."""
     psi, rate = table.source("psi"), table.source("psi_dot")
     mended = replace(rate, factor=float(np.copysign(1.0, scale)) * rate.factor)

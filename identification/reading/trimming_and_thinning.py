@@ -32,7 +32,7 @@ def trimmed(recording: Recording, begin: float | None, end: float | None) -> Rec
     if count == t.size:
         return recording
     part = recording_at_samples(recording, kept)
-    known = part.recorded_torque[np.isfinite(part.recorded_torque)]
+    known = part.aligning_or_steering_torque[np.isfinite(part.aligning_or_steering_torque)]
     if not kept[0] and known.size and abs(known[0]) > TWISTED * np.abs(known).max():
         _LOG.warning(
             "brushgrip: %s: begins at %.6g s with a torque of %.3g N m: the patch is twisted there, and"

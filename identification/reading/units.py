@@ -65,7 +65,9 @@ _SIGNS = str.maketrans({"°": "deg", "º": "deg", "µ": "u", "μ": "u", **dict.f
 
 def factor_of(column: str, unit: str) -> float | None:
     """The factor to SI of a unit such as `°` or `[Nm]`, 1 for none; None if the column has none such."""
-    bare, *_ = _bare(unit).split(" since ")  # times of CF conventions are counted from an instant
+    bare, *_ = _strip_unit_brackets(unit).split(
+        " since "
+    )  # times of CF conventions are counted from an instant
     if bare in _NO_UNIT:
         return 1.0
     known = {name.replace(" ", ""): factor for name, factor in UNITS[column].items()}
@@ -91,7 +93,7 @@ def unit_by_size(column: str, values: NDArray[np.float64]) -> str:
 
 def is_unit(column: str, text: str) -> bool:
     """Whether a text is a unit of the column, other than none at all."""
-    return _bare(text) not in _NO_UNIT and factor_of(column, text) is not None
+    return _strip_unit_brackets(text) not in _NO_UNIT and factor_of(column, text) is not None
 
 
 def unit_of_name(name: str) -> str:
@@ -100,7 +102,7 @@ def unit_of_name(name: str) -> str:
     return found[2].strip() if found else ""
 
 
-def stated_unit(attributes: Mapping[str, Any]) -> Any:
+def unit_attribute(attributes: Mapping[str, Any]) -> Any:
     """What files say beside a channel under `unit` or `units`, however spelt; empty for nothing."""
     return next((text for key, text in attributes.items() if key.lower() in ("unit", "units")), "")
 
@@ -116,7 +118,7 @@ def unit_at_end(column: str, name: str) -> str:
     *first, before, last = ["", "", *re.split(r"[_\s]+", name)]
     if any(first) and (compound := {f"{before} {last}", f"{before}/{last}"} & {*UNITS[column]}):
         return compound.pop().replace(" ", "")
-    return _bare(last) if before and is_unit(column, last) else ""
+    return _strip_unit_brackets(last) if before and is_unit(column, last) else ""
 
 
 def require_factor(column: str, unit: str, channel: str) -> float:
@@ -131,5 +133,5 @@ def require_factor(column: str, unit: str, channel: str) -> float:
     return factor
 
 
-def _bare(unit: str) -> str:
+def _strip_unit_brackets(unit: str) -> str:
     return unit.strip().strip("[]()").strip()

@@ -33,7 +33,7 @@ MIN_REMAINING_SHARE = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ResidualRows:
+class StackedResiduals:
     """The residuals of all recordings in one column, zero where missing."""
 
     residual: Array  # Simulated minus measured torque over range [1], shape (n,).
@@ -47,16 +47,16 @@ class ResidualRows:
         """Root mean square of the residual over the samples that are present [1]."""
         return float(np.sqrt(np.sum(self.residual**2) / self.present.sum()))
 
-    def columns(self, signals: Sequence[Array]) -> Array:
+    def signal_columns(self, signals: Sequence[Array]) -> Array:
         """A column for each recording: its signal over its torque range, zero elsewhere."""
         columns = np.zeros((self.residual.size, len(self.places)))
         for i, (place, span) in enumerate(zip(self.places.values(), self.torque_ranges, strict=True)):
             columns[place, i] = np.where(self.present[place], signals[i] / span, 0.0)
         return columns
 
-    def means(self) -> Array:
+    def indicator_columns(self) -> Array:
         """A column of ones for each recording."""
-        return self.columns([np.ones(place.stop - place.start) for place in self.places.values()])
+        return self.signal_columns([np.ones(place.stop - place.start) for place in self.places.values()])
 
     def sensitivities(self, fits: Sequence[Fit]) -> Array:
         """The columns of these fits' Jacobians."""
@@ -73,13 +73,13 @@ class ResidualRows:
         return np.hstack(blocks)
 
 
-def residual_rows(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -> ResidualRows:
+def stack_residuals(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -> StackedResiduals:
     """The residuals of these recordings in one column."""
     ends = np.cumsum([0, *(r.t.size for r in recordings)]).tolist()
     torque_ranges = tuple(torque_range(r) for r in recordings)
     over = [residuals[r.name] / span for r, span in zip(recordings, torque_ranges, strict=True)]
     stacked = np.concatenate(over)
-    return ResidualRows(
+    return StackedResiduals(
         residual=np.nan_to_num(stacked),
         present=np.isfinite(stacked),
         places={r.name: slice(*ends[i : i + 2]) for i, r in enumerate(recordings)},
@@ -114,7 +114,7 @@ def additional_basis(columns: Array, existing: Array) -> Array:
 class ResidualNoise:
     """A process with the autocorrelation of the residuals."""
 
-    rows: ResidualRows  # Where its recordings are.
+    rows: StackedResiduals  # Where its recordings are.
     lags: Array  # One for each sample of the longest recording [s].
     correlation: Array  # Pooled over recordings, tapered by the share of sample pairs at each lag [1].
     energies: Array  # Sum of squares of each recording [1].
@@ -139,9 +139,9 @@ class ResidualNoise:
         return np.where(self.rows.present[:, None], product, 0.0)
 
 
-def residual_noise(rows: ResidualRows) -> ResidualNoise:
+def residual_noise(rows: StackedResiduals) -> ResidualNoise:
     """The process of which these residuals, less their means, may be a sample."""
-    centred = orthogonal_part(rows.residual, orthonormal_basis(rows.means()))
+    centred = orthogonal_part(rows.residual, orthonormal_basis(rows.indicator_columns()))
     longest = max(
         step * (p.stop - p.start) for p, step in zip(rows.places.values(), rows.steps, strict=True)
     )
@@ -167,7 +167,7 @@ def residual_noise(rows: ResidualRows) -> ResidualNoise:
     )
 
 
-def correlation(
+def partial_correlation(
     columns: Array, absorbed: Array, noise: ResidualNoise, degrees_of_freedom: float = 1e9
 ) -> tuple[float, float, Array]:
     """Partial correlation of the residual with a signal, one column for each strength it may have.

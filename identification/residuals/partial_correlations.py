@@ -12,21 +12,21 @@ from identification.reading.recordings import Recording
 from identification.residuals.correlation import (
     CONFIDENCE,
     ResidualNoise,
-    ResidualRows,
+    StackedResiduals,
     additional_basis,
-    correlation,
     orthogonal_part,
     orthonormal_basis,
+    partial_correlation,
     residual_noise,
-    residual_rows,
+    stack_residuals,
 )
 from identification.residuals.residual_signals import (
     RESIDUAL_SIGNALS,
     Signal,
     check_signatures,
-    effects_leaving,
+    correlation_meaning_text,
+    effects_with_signature,
     motion_and_model_torque,
-    reading_of,
 )
 from symbolic import EFFECTS, Effect
 from symbolic.float_array import Array
@@ -79,25 +79,25 @@ class SignalCorrelation:
     reading: str
 
     @property
-    def leaves_band(self) -> bool:
+    def is_significant(self) -> bool:
         """Whether it is significant: by chance it would be in less than one of a hundred cases."""
         return abs(self.correlation) > self.band
 
     @property
-    def stands_out(self) -> bool:
+    def is_significant_and_large(self) -> bool:
         """Whether it also is large enough to matter."""
         matters = self.size > MIN_STRUCTURE_SHARE and abs(self.correlation) > MIN_CORRELATION
-        return self.leaves_band and matters
+        return self.is_significant and matters
 
     @property
-    def figures(self) -> str:
+    def correlation_text(self) -> str:
         """The signal with correlation and band."""
         value = f"{self.correlation:+.2f}".replace("-", "−")
         return f"{self.signal} (correlation {value}, by chance within ±{self.band:.2f})"
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `diagnosis.json`."""
-        return {**asdict(self), "effects": list(self.effects), "leaves_band": self.leaves_band}
+        return {**asdict(self), "effects": list(self.effects), "leaves_band": self.is_significant}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -119,27 +119,30 @@ class Signatures:
     followed: tuple[SignalCorrelation, ...]
 
     @property
-    def reading(self) -> str:
+    def summary_paragraph(self) -> str:
         """All in one paragraph, the strongest first."""
         if not self.followed:
-            return self._without_signal()
+            return self._no_signal_sentence()
         first, *others = self.followed
         followed = {s.signal for s in self.followed}
-        significant = [s for s in self.signatures if s.stands_out and s.signal not in followed]
+        significant = [
+            s for s in self.signatures if s.is_significant_and_large and s.signal not in followed
+        ]
         names = [s.signal for s in sorted(significant, key=lambda s: -abs(s.correlation))]
         then = [f"{s.signal}: {s.reading}" for s in others]
         rest = f" The remaining residual follows {'; then '.join(then)}." if then else ""
         collinear = f" Also significant, but collinear with these: {', '.join(names)}." if names else ""
-        return f"The residual follows {first.figures}: {first.reading}.{rest}{collinear}"
+        return f"The residual follows {first.correlation_text}: {first.reading}.{rest}{collinear}"
 
-    def _without_signal(self) -> str:
+    def _no_signal_sentence(self) -> str:
         known = self.autocorrelation
         correlated = self.rms * float(np.sqrt(max(0.0, known.values[0]))) if known.memory > 0 else 0.0
         if correlated > MIN_STRUCTURE_SHARE:
             closest = max(self.signatures, key=lambda s: abs(s.correlation))
             return (
                 f"The residual is correlated over {known.memory:.2g} s, so it is not white noise, but it"
-                f" follows none of the signals significantly; the strongest is {closest.figures}."
+                " follows none of the signals significantly; the strongest is"
+                f" {closest.correlation_text}."
             )
         return "The residual is noise: it follows none of the signals."
 
@@ -155,7 +158,7 @@ class Signatures:
             },
             "signatures": [s.to_dict() for s in self.signatures],
             "followed": [s.to_dict() for s in self.followed],
-            "reading": self.reading,
+            "reading": self.summary_paragraph,
         }
 
 
@@ -185,19 +188,19 @@ def signatures(
     """
     candidates = tuple(effects)
     check_signatures(candidates)
-    rows = residual_rows(residuals, recordings)
+    rows = stack_residuals(residuals, recordings)
     adjusted = rows.sensitivities(fits)
     motions = [motion_and_model_torque(recording, residuals[recording.name]) for recording in recordings]
     columns = {}
     for signal in RESIDUAL_SIGNALS:
-        each = rows.columns([signal.of(motion) for motion in motions])
+        each = rows.signal_columns([signal.of(motion) for motion in motions])
         columns[signal] = each if signal.differs_by_recording else each.sum(axis=1, keepdims=True)
     tests = _SignalTests(
         columns=columns,
         effects=candidates,
         added=fits[0].model.effects if fits else (),
         adjusted=orthonormal_basis(adjusted),
-        centred=orthonormal_basis(np.hstack([adjusted, rows.means()])),
+        centred=orthonormal_basis(np.hstack([adjusted, rows.indicator_columns()])),
     )
     noise = residual_noise(rows)
     every = tests.correlations(noise)
@@ -205,7 +208,7 @@ def signatures(
         rms=rows.rms,
         autocorrelation=_autocorrelation(noise),
         signatures=every,
-        followed=_followed(tests, rows, every),
+        followed=_strongest_signals(tests, rows, every),
     )
 
 
@@ -225,7 +228,7 @@ class _SignalTests:
         for signal, own in self.columns.items():
             absorbed = self.centred if signal.centred else self.adjusted
             degrees_of_freedom = 1e9 if signal.centred else noise.degrees_of_freedom
-            value, band, slopes = correlation(own, absorbed, noise, degrees_of_freedom)
+            value, band, slopes = partial_correlation(own, absorbed, noise, degrees_of_freedom)
             slope = np.sqrt(np.mean(slopes**2)) if signal.differs_by_recording else slopes[0]
             every.append(
                 SignalCorrelation(
@@ -235,8 +238,8 @@ class _SignalTests:
                     band=band,
                     slope=float(slope),
                     size=abs(value) * noise.rows.rms,
-                    effects=effects_leaving(signal, 1 if value >= 0 else -1, self.effects),
-                    reading=reading_of(signal, value, self.effects, self.added),
+                    effects=effects_with_signature(signal, 1 if value >= 0 else -1, self.effects),
+                    reading=correlation_meaning_text(signal, value, self.effects, self.added),
                 )
             )
         return tuple(every)
@@ -249,14 +252,14 @@ class _SignalTests:
         return replace(self, adjusted=adjusted, centred=centred)
 
 
-def _followed(
-    tests: _SignalTests, rows: ResidualRows, every: Sequence[SignalCorrelation]
+def _strongest_signals(
+    tests: _SignalTests, rows: StackedResiduals, every: Sequence[SignalCorrelation]
 ) -> tuple[SignalCorrelation, ...]:
     """The strongest that stands out, then the strongest in the residual that remains without it."""
     followed: list[SignalCorrelation] = []
     least = MIN_CORRELATION * rows.rms
     while len(followed) < MAX_EXTRACTED:
-        candidates = [s for s in every if s.stands_out and s.size > least]
+        candidates = [s for s in every if s.is_significant_and_large and s.size > least]
         if not candidates:
             break
         followed.append(max(candidates, key=lambda s: abs(s.correlation)))

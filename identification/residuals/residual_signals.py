@@ -183,7 +183,7 @@ RESIDUAL_SIGNALS: tuple[Signal, ...] = (
 """In the order in which a person would look; slopes are in N m per unit of the signal."""
 
 
-def effects_leaving(signal: Signal, sign: int, effects: Iterable[Effect]) -> tuple[str, ...]:
+def effects_with_signature(signal: Signal, sign: int, effects: Iterable[Effect]) -> tuple[str, ...]:
     """Names of the effects that declare this signature, the likeliest first.
 
     The sign of the correlation, 1 or -1, has no meaning for signals with a strength per recording.
@@ -198,7 +198,7 @@ def effects_leaving(signal: Signal, sign: int, effects: Iterable[Effect]) -> tup
     return tuple(name for _, name in sorted(declared, key=lambda one: one[0]))
 
 
-def reading_of(
+def correlation_meaning_text(
     signal: Signal, correlation: float, effects: Sequence[Effect], added: Sequence[Effect]
 ) -> str:
     """What a correlation with a signal means beside the effects that the model has."""
@@ -206,14 +206,14 @@ def reading_of(
     signs = {e.name: {s.sign for s in e.signatures if s.signal == signal.name} for e in added}
     against = [name for name, own in signs.items() if own == {-sign}]
     if against and not signal.differs_by_recording:
-        return f"{_plain(against)} may be too strong there"
-    tried = effects_leaving(signal, sign, [e for e in effects if e not in added] if added else ())
-    beside = f" (tried, not added: {_plain(tried)})" * bool(tried)
+        return f"{_effect_names_in_words(against)} may be too strong there"
+    tried = effects_with_signature(signal, sign, [e for e in effects if e not in added] if added else ())
+    beside = f" (tried, not added: {_effect_names_in_words(tried)})" * bool(tried)
     opposite = signal.negative_cause or signal.positive_cause
     return f"usually {signal.positive_cause if sign > 0 else opposite}{beside}"
 
 
-def _plain(effects: Iterable[str]) -> str:
+def _effect_names_in_words(effects: Iterable[str]) -> str:
     return " and ".join(effects).replace("_", " ")
 
 

@@ -38,7 +38,7 @@ class Unexplained:
     structured: float = 0.0
 
 
-def white_noise(torque: Array) -> float:
+def white_noise_std(torque: Array) -> float:
     """Standard deviation of the white noise on a torque channel [N m].
 
     From second differences of neighbouring samples, to which a smooth torque contributes little; the
@@ -49,7 +49,7 @@ def white_noise(torque: Array) -> float:
     return float(np.median(np.abs(second)) / 0.6745 / np.sqrt(6)) if second.size else 0.0
 
 
-def _share_of_lines(residual: Array) -> float:
+def _spectral_line_share(residual: Array) -> float:
     """Share of the power of a residual that stands in lines of its spectrum [1]."""
     centred = np.nan_to_num(residual - np.nanmean(residual))
     power = np.abs(np.fft.rfft(centred * np.hanning(centred.size))) ** 2
@@ -57,7 +57,7 @@ def _share_of_lines(residual: Array) -> float:
     return float(power[power > LINE * level].sum() / power.sum()) if power.any() else 0.0
 
 
-def _innovation(residual: Array) -> float:
+def _innovation_std(residual: Array) -> float:
     """Standard deviation of what the samples before do not predict of a residual, in its unit."""
     centred = residual - np.nanmean(residual)
     weights = autoregression(centred)
@@ -67,7 +67,7 @@ def _innovation(residual: Array) -> float:
     return float(np.sqrt(np.mean(innovations[known] ** 2))) if known.any() else 0.0
 
 
-def unexplained(
+def find_residual_structure(
     residuals: Mapping[str, Array],
     recordings: Sequence[Recording],
     followed: Signatures,
@@ -83,12 +83,12 @@ def unexplained(
         share = residuals[recording.name] / span
         errors.append(rmse_of(np.sqrt(loss(share**2)[0])))
         counted = influence(loss, share)
-        shares.append(_share_of_lines(counted))
+        shares.append(_spectral_line_share(counted))
         # Torques may come more slowly than the samples.
         known = np.isfinite(recording.M_z)
-        floor = min(white_noise(recording.M_z[known]) / span, white_noise(share[known]))
+        floor = min(white_noise_std(recording.M_z[known]) / span, white_noise_std(share[known]))
         # A fast oscillation has large second differences too, but is predictable.
-        noise.append(min(floor, _innovation(counted)) if shares[-1] > MAX_LINES else floor)
+        noise.append(min(floor, _innovation_std(counted)) if shares[-1] > MAX_LINES else floor)
         samples.append(autocorrelation_time(counted))
     rms, floor = float(np.mean(errors)), float(np.mean(noise))
     structured = float(np.sqrt(max(0.0, rms**2 - floor**2)))
@@ -107,5 +107,7 @@ def unexplained(
     opening = f"residual {rms:.2%} of range, mean of all recordings; {white}"
     evidence = f"{opening}; {structured:.2%} beyond it, {lasting}: too little for an effect"
     if present:
-        evidence = f"{opening}; structured part {structured:.2%}, {lasting}. {followed.reading}"
+        evidence = (
+            f"{opening}; structured part {structured:.2%}, {lasting}. {followed.summary_paragraph}"
+        )
     return Unexplained(present=present, evidence=evidence, structured=structured)

@@ -7,7 +7,7 @@ import numpy as np
 
 from identification.fits.autocorrelation import autocorrelation_time, effective_samples
 from identification.fits.fitting import Fit, last_effect_at_bound
-from identification.fits.least_squares_problem import begins_at_zero, shares_of_torque_range
+from identification.fits.least_squares_problem import is_first_torque_zero, shares_of_torque_range
 from identification.fits.loss import influence
 from identification.reading.recordings import Recording
 from identification.residuals.unexplained_residual import MAX_NOISE_RATIO
@@ -69,7 +69,7 @@ DEFAULT_CRITERIA = SelectionCriteria()
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class ComparisonBasis:
     """What two models are compared by."""
 
     training: Sequence[Recording]  # What both were fitted to.
@@ -85,15 +85,15 @@ WHITE = 1.3
 """Autocorrelation time [samples] that white noise stays below; its estimate is 1.0 to 1.2."""
 
 
-def forward_step_justified(trial: Trial, present: Trial, by: Comparison) -> bool:
+def forward_step_justified(trial: Trial, present: Trial, by: ComparisonBasis) -> bool:
     """Whether the last effect of a trial is worth adding, or worth the place of others."""
     if len(trial.effects) <= len(present.effects):
         return exchange_justified(trial, present, by)
     added = addition_justified(trial, present, by)
-    return added and exceeds_law_mismatch(trial.effects[-1], trial, present, by)
+    return added and gain_exceeds_law_error(trial.effects[-1], trial, present, by)
 
 
-def addition_justified(richer: Trial, present: Trial, by: Comparison) -> bool:
+def addition_justified(richer: Trial, present: Trial, by: ComparisonBasis) -> bool:
     """Whether an effect is worth adding: lower judged error, and a lower information criterion.
 
     The criterion, taken on the training data, may rise by `strong` where held-out recordings show the
@@ -105,12 +105,14 @@ def addition_justified(richer: Trial, present: Trial, by: Comparison) -> bool:
     if not (falls and present.nrmse**2 - richer.nrmse**2 > criteria.resolution**2):
         return False
     mean, error = error_reduction(richer.judgement, present.judgement, criteria.long_block)
-    predicted = richer.held_out is not None and sum(richer.fitted.own) == sum(present.fitted.own)
+    predicted = richer.held_out is not None and sum(richer.fitted.own_columns) == sum(
+        present.fitted.own_columns
+    )
     allowed = criteria.strong if predicted and mean > criteria.clear * error else 0.0
     return delta_bic(richer.fitted, present.fitted, by.training) < allowed
 
 
-def exceeds_law_mismatch(added: Effect, richer: Trial, present: Trial, by: Comparison) -> bool:
+def gain_exceeds_law_error(added: Effect, richer: Trial, present: Trial, by: ComparisonBasis) -> bool:
     """Whether the gain exceeds what slightly wrong laws of the model's effects would leave unexplained.
 
     Another author's law differs from the library's, and what it leaves must not be read as a further
@@ -136,24 +138,24 @@ def residuals_are_white(fitted: Fit, recordings: Sequence[Recording]) -> bool:
 def family_already_present(effects: Sequence[Effect]) -> bool:
     """Whether another effect is a law of the last one's family; values of recordings are none."""
     *others, last = (
-        None if effect.tare or effect.of_recordings else effect.family for effect in effects
+        None if effect.tare or effect.is_per_recording else effect.family for effect in effects
     )
     return last in {*others} - {None, "other"}
 
 
-def says_the_zero_twice(effects: Sequence[Effect]) -> bool:
+def has_redundant_zero_effects(effects: Sequence[Effect]) -> bool:
     """Whether a torque that was tared stands beside a zero or a starting twist of each recording.
 
     A torque of memory, such as a drift of the zero, is zero at the first sample and says another thing.
     """
-    at_start = (e for e in effects if e.of_recordings and not e.remembers_torque)
+    at_start = (e for e in effects if e.is_per_recording and not e.adds_torque_from_memory)
     return any(e.tare for e in effects) and any(at_start)
 
 
 def recordings_allow(effect: Effect, present: Sequence[Effect], training: Sequence[Recording]) -> bool:
     """Whether an effect may be tried: a tare begins at zero, a length follows a load that changes."""
     if effect.tare:
-        return all(map(begins_at_zero, training))
+        return all(map(is_first_torque_zero, training))
     if effect.of_lengths:
         loads = np.concatenate([recording.F_N for recording in training])
         return bool(loads.max() > LOAD_CHANGES * loads.min())
@@ -164,7 +166,7 @@ def recordings_allow(effect: Effect, present: Sequence[Effect], training: Sequen
     return after != before and len({recording.ground for recording in training} - {None}) > 1
 
 
-def backward_step_justified(poorer: Trial, present: Trial, by: Comparison) -> bool:
+def backward_step_justified(poorer: Trial, present: Trial, by: ComparisonBasis) -> bool:
     """Whether an effect would not be added any more; a simpler one of its family may replace it."""
     exchanged = len(poorer.effects) == len(present.effects)
     if exchanged and last_effect_at_bound(poorer.fitted):
@@ -172,10 +174,10 @@ def backward_step_justified(poorer: Trial, present: Trial, by: Comparison) -> bo
     if not addition_justified(present, poorer, by):
         return True
     removed = next(effect for effect in present.effects if effect not in poorer.effects)
-    return not (exchanged or exceeds_law_mismatch(removed, present, poorer, by))
+    return not (exchanged or gain_exceeds_law_error(removed, present, poorer, by))
 
 
-def exchange_justified(trial: Trial, present: Trial, by: Comparison) -> bool:
+def exchange_justified(trial: Trial, present: Trial, by: ComparisonBasis) -> bool:
     """Whether the judged error is lower, and with more parameters the information criterion too."""
     if not error_falls(trial.judgement, present.judgement, by.criteria):
         return False
@@ -192,7 +194,7 @@ def distinguishable(best: Trial, other: Trial, criteria: SelectionCriteria) -> b
 
 def overfits_judging_recordings(trial: Trial, other: Trial, training: Sequence[Recording]) -> bool:
     """Whether a trial's lower error comes from more parameters fitted to the judging recordings."""
-    fits_more = sum(trial.fitted.own) > sum(other.fitted.own)
+    fits_more = sum(trial.fitted.own_columns) > sum(other.fitted.own_columns)
     return fits_more and delta_bic(trial.fitted, other.fitted, training) > 0
 
 
@@ -210,7 +212,7 @@ def error_reduction(better: Judgement, worse: Judgement, block: float) -> tuple[
     return float(difference.mean()), float(difference.std(ddof=1) / np.sqrt(n)) if n > 1 else np.inf
 
 
-def standard_error_by_chance(better: Judgement, worse: Judgement, block: float) -> float:
+def cross_term_standard_error(better: Judgement, worse: Judgement, block: float) -> float:
     """Standard error of `error_reduction` from the cross term 2 s r alone.
 
     r is the residual of the better model and s what it takes off that of the other; squares fall by

@@ -31,7 +31,7 @@ def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Arr
         return dict(fitted.residuals)
     owners = np.array([owner or "" for owner, _ in fitted.labels])
     grounds = [ground_of(recording) for recording in recordings]
-    shared = ~np.array(fitted.own)
+    shared = ~np.array(fitted.own_columns)
     relative = shares_of_torque_range(fitted.residuals, recordings)
     present = {name: np.isfinite(share) for name, share in relative.items()}
     stacked = np.concatenate([share[present[name]] for name, share in relative.items()])
@@ -51,7 +51,7 @@ def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Arr
         step = np.zeros(owners.size)
         others = ~(own | alone)
         step[others] = _newton_step(fitted, jacobian[~rows], -(weight * stacked)[~rows], others)
-        _move_to_mean(step, alone, fitted)
+        _step_to_mean_of_grounds(step, alone, fitted)
         left = stacked[rows] + fitted.jacobian[rows][:, shared] @ step[shared]
         refit = _newton_step(unbounded, jacobian[rows], -weight[rows] * left, own)
         residuals[name] = np.full(present[name].size, np.nan)
@@ -60,7 +60,7 @@ def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Arr
     return residuals
 
 
-def _move_to_mean(step: Array, alone: Mask, fitted: Fit) -> None:
+def _step_to_mean_of_grounds(step: Array, alone: Mask, fitted: Fit) -> None:
     """Steps of a ground's columns to the mean of the other grounds' coordinates, where those will be."""
     parameters = {parameter_name(effect, p): p for effect, p in fitted.model.parameters}
 

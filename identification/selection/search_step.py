@@ -11,7 +11,7 @@ from identification.fits.parameter_values import Values
 from identification.reading.recordings import Recording
 from identification.selection.criteria import (
     CLEAR_BIC,
-    Comparison,
+    ComparisonBasis,
     SelectionCriteria,
     delta_bic,
     distinguishable,
@@ -54,7 +54,7 @@ class SearchStep:
         return next(effect for effect in ranked if effect in self.indistinguishable)
 
     @property
-    def equal_rival(self) -> Effect | None:
+    def equally_simple_rival(self) -> Effect | None:
         """The best of the effects that would have done as well for as few parameters, if any."""
         if self.after is None or not self.indistinguishable:
             return None
@@ -62,7 +62,9 @@ class SearchStep:
         most = sizes[self.after.effects[-1]]
         return next((e for e in sizes if e in self.indistinguishable and sizes[e] <= most), None)
 
-    def to(self, confirmed: "RankedCandidate | None", trials: Sequence[Trial]) -> "SearchStep":
+    def completed_with(
+        self, confirmed: "RankedCandidate | None", trials: Sequence[Trial]
+    ) -> "SearchStep":
         """The step to what was confirmed of these trials, if anything was."""
         tried = replace(self, trials=tuple(trials))
         if confirmed is None:
@@ -73,7 +75,7 @@ class SearchStep:
         """The values fitted in the trial of these effects."""
         return next(t.fitted.values for t in self.trials if set(t.effects) == set(effects))
 
-    def idle(self, criteria: SelectionCriteria) -> set[Effect]:
+    def low_gain_effects(self, criteria: SelectionCriteria) -> set[Effect]:
         """Effects that lowered the judged error by less than half of what is needed."""
         least = (1 - criteria.least_gain / 2) * self.coarse_before.nrmse
         return {trial.effects[-1] for trial in self.trials if trial.nrmse > least}
@@ -98,7 +100,7 @@ def without_effect(effects: Effects, removed: Effect) -> Effects:
     return tuple(effect for effect in effects if effect != removed)
 
 
-def rank_for_confirmation(justified: Sequence[Trial], by: Comparison) -> list[RankedCandidate]:
+def rank_for_confirmation(justified: Sequence[Trial], by: ComparisonBasis) -> list[RankedCandidate]:
     """Candidates in the order in which they should be confirmed.
 
     Take the best trial that does not overfit the judging recordings. Of it and all trials
@@ -131,20 +133,24 @@ def _simplicity(trial: Trial) -> tuple[bool, bool, int, float]:
     )
 
 
-def without_each(steps: Sequence[SearchStep], runner: TrialRunner) -> Callable[[], dict[Effect, Trial]]:
+def begin_trials_without_each(
+    steps: Sequence[SearchStep], runner: TrialRunner
+) -> Callable[[], dict[Effect, Trial]]:
     """The final model without each of its effects, fitted to the whole recordings.
 
     The processes begin with it; what is returned waits for them.
     """
     final = steps[-1].before
-    exact = final.fitted.model.exact
+    exact = final.fitted.model.uses_exact_patch
     known = {
-        frozenset(s.before.effects): s.before for s in steps if s.before.fitted.model.exact == exact
+        frozenset(s.before.effects): s.before
+        for s in steps
+        if s.before.fitted.model.uses_exact_patch == exact
     }
     rests = {effect: without_effect(final.effects, effect) for effect in final.effects}
     missing = {e: rest for e, rest in rests.items() if frozenset(rest) not in known}
     # Bristles as in the final model: quicker, and their error does not count as an effect's.
-    finish = runner.begin_fine(
+    finish = runner.begin_on_whole_recordings(
         {effect: (rest, start_values(final, rest)) for effect, rest in missing.items()},
         Precision(discretised=not exact),
     )
@@ -181,8 +187,8 @@ def steps_to_pair(
     single_step: SearchStep,
     pair_trials: Sequence[Trial],
     runner: TrialRunner,
-    on_thinned: Comparison,
-    on_whole: Comparison,
+    on_thinned: ComparisonBasis,
+    on_whole: ComparisonBasis,
 ) -> list[SearchStep]:
     """Steps to the first pair of these coarse trials that is clear on the whole recordings, if any is.
 
@@ -198,15 +204,15 @@ def steps_to_pair(
     ranked = rank_for_confirmation(beside, on_thinned)
     for candidate in ranked[: 1 + on_whole.criteria.runners_up]:
         pair = candidate.trial
-        both = runner.run_fine(pair.effects, pair.values)
+        both = runner.run_on_whole_recordings(pair.effects, pair.values)
         mean, error = error_reduction(both.judgement, before.judgement, on_whole.criteria.long_block)
         if not forward_step_justified(both, before, on_whole) or mean <= CLEAR_OF_PAIR * error:
             continue
         *present, one, other = pair.effects
         first, second = (*present, one), (*present, other)
-        alone_first = runner.run_fine(first, start_values(both, first))
-        alone_second = runner.run_fine(second, start_values(both, second))
-        turned = runner.run_fine((*second, one), both.values)
+        alone_first = runner.run_on_whole_recordings(first, start_values(both, first))
+        alone_second = runner.run_on_whole_recordings(second, start_values(both, second))
+        turned = runner.run_on_whole_recordings((*second, one), both.values)
         step = replace(single_step, trials=tuple(pair_trials))
         return [
             single_step,

@@ -16,17 +16,16 @@ from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.reading.recordings import Recording
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,
-    Comparison,
+    ComparisonBasis,
     SelectionCriteria,
     backward_step_justified,
     distinguishable,
     exchange_justified,
     family_already_present,
     forward_step_justified,
+    has_redundant_zero_effects,
     recordings_allow,
-    says_the_zero_twice,
 )
-from identification.selection.journal import Journal
 from identification.selection.search_step import (
     RankedCandidate,
     SearchStep,
@@ -37,18 +36,19 @@ from identification.selection.search_step import (
     without_effect,
 )
 from identification.selection.trial import RANKING, ROUGH, Trial, with_prior_weights
+from identification.selection.trial_journal import Journal
 from identification.selection.trial_runner import (
     Effects,
     TrialRunner,
+    ignore_progress,
     job_count,
-    silent,
     start_values,
-    workers,
+    worker_submitter,
 )
 from symbolic import CANDIDATES, Effect, effects_named
 
 Progress = Callable[[str, int, int], None]
-Justified = Callable[[Trial, Trial, Comparison], bool]
+Justified = Callable[[Trial, Trial, ComparisonBasis], bool]
 
 
 @dataclass(frozen=True)
@@ -61,19 +61,21 @@ class Search:
     report: Progress
 
     @cached_property
-    def whole(self) -> Comparison:
+    def on_whole(self) -> ComparisonBasis:
         """What fine trials are compared by."""
-        return Comparison(self.runner.training, self.criteria, self.runner.run_fine(()))
+        return ComparisonBasis(
+            self.runner.training, self.criteria, self.runner.run_on_whole_recordings(())
+        )
 
     @cached_property
-    def thinned(self) -> Comparison:
+    def on_thinned(self) -> ComparisonBasis:
         """What coarse trials are compared by."""
-        return replace(self.whole, training=self.runner.thinned_training)
+        return replace(self.on_whole, training=self.runner.thinned_training)
 
     def run(self) -> list[SearchStep]:
         """Every step, the last one with nothing chosen."""
         self.report("fitting the declared structure", 0, 1)
-        current: Trial | None = self.whole.declared
+        current: Trial | None = self.on_whole.declared
         steps: list[SearchStep] = []
         while current:
             steps.append(self._step(current, steps))
@@ -83,15 +85,15 @@ class Search:
     def _add_pair(self, steps: list[SearchStep]) -> Trial | None:
         """Replace the step in which no effect was worth adding alone by those to a pair, if one is."""
         alone = steps[-1]
-        if not (sets := promising_pairs(alone, self.thinned.training)):
+        if not (sets := promising_pairs(alone, self.on_thinned.training)):
             return None
         pairs = self._rank(alone, sets, "trying pairs of effects")
-        steps[-1:] = steps_to_pair(alone, pairs, self.runner, self.thinned, self.whole) or [alone]
+        steps[-1:] = steps_to_pair(alone, pairs, self.runner, self.on_thinned, self.on_whole) or [alone]
         return steps[-1].after
 
     def _step(self, current: Trial, steps: Sequence[SearchStep]) -> SearchStep:
         """Add an effect, else remove one, else exchange one, else nothing."""
-        present = self._present(current)
+        present = self._evaluate_present_model(current)
         active, idle = self._active_and_idle(current.effects, steps)
         added = self._add(present, active, ())
         # A law that gained nothing before may now do as well as that of its family which was added, one
@@ -108,10 +110,10 @@ class Search:
             or added
         )
 
-    def _present(self, current: Trial) -> SearchStep:
+    def _evaluate_present_model(self, current: Trial) -> SearchStep:
         precision = ROUGH if current.nrmse > self.criteria.rough_above else RANKING
         precision = with_prior_weights(precision, current)
-        coarse = self.runner.run_coarse(current.effects, current.values, precision)
+        coarse = self.runner.run_on_thinned_recordings(current.effects, current.values, precision)
         # Weights count samples, of which thinned recordings have fewer.
         precision = with_prior_weights(precision, coarse)
         return SearchStep(before=current, coarse_before=coarse, precision=precision)
@@ -121,7 +123,9 @@ class Search:
     ) -> tuple[list[Effect], list[Effect]]:
         """Candidates to try, and those to try only if none of them is added: idle in the last steps."""
         additions = [step for step in steps if step.removed_effect is None]
-        recent = [step.idle(self.criteria) for step in additions[-self.criteria.idle_steps :]]
+        recent = [
+            step.low_gain_effects(self.criteria) for step in additions[-self.criteria.idle_steps :]
+        ]
         idle = set.intersection(*recent) if len(recent) == self.criteria.idle_steps else set()
         excluded = {*present, *(step.removed_effect for step in steps)}
         training = self.runner.training
@@ -137,9 +141,13 @@ class Search:
         sets = [with_effect(present.before.effects, effect) for effect in effects]
         trials = [*earlier, *self._rank(present, sets, label)]
         ranked = sorted(trials, key=lambda trial: trial.nrmse)
-        justified = [t for t in ranked if forward_step_justified(t, present.coarse_before, self.thinned)]
-        best = rank_for_confirmation(justified, self.thinned)
-        return present.to(self._first_confirmed(best, present, forward_step_justified), ranked)
+        justified = [
+            t for t in ranked if forward_step_justified(t, present.coarse_before, self.on_thinned)
+        ]
+        best = rank_for_confirmation(justified, self.on_thinned)
+        return present.completed_with(
+            self._first_confirmed(best, present, forward_step_justified), ranked
+        )
 
     def _remove(self, present: SearchStep) -> SearchStep | None:
         """Remove an effect, not the last, or put one of its family in place of a flexible law."""
@@ -153,7 +161,7 @@ class Search:
             if law.flexible and member.family == law.family and member not in effects
         ]
         trials = self._rank(present, sets, label)
-        return self._replaced(present, trials, backward_step_justified)
+        return self._first_confirmed_step(present, trials, backward_step_justified)
 
     def _exchange(self, present: SearchStep, additions: Sequence[Trial]) -> SearchStep | None:
         """Exchange one effect for one of the candidates that gained most, though not enough."""
@@ -168,7 +176,7 @@ class Search:
             if not family_already_present(exchanged := (*without_effect(effects, removed), effect))
         ]
         trials = self._rank(present, sets, f"exchanging one of {', '.join(present.before.names)}")
-        return self._replaced(present, trials, exchange_justified)
+        return self._first_confirmed_step(present, trials, exchange_justified)
 
     def _prefer_rival(
         self,
@@ -179,32 +187,36 @@ class Search:
     ) -> SearchStep | None:
         """Replace the last effect by its equal rival if another effect is worth adding beside that."""
         # Which of two equal effects goes on is little more than chance.
-        rival = steps[-1].equal_rival if steps else None
+        rival = steps[-1].equally_simple_rival if steps else None
         if rival is None or rival not in candidates:
             return None
         *others, chosen = present.before.effects
         effects = (*others, rival)
         if family_already_present(effects):
             return None
-        sets = [(*effects, e) for e in candidates if e not in {rival, *added.idle(self.criteria)}]
+        sets = [
+            (*effects, e) for e in candidates if e not in {rival, *added.low_gain_effects(self.criteria)}
+        ]
         trials = self._rank(present, sets, f"trying {rival.name} in place of {chosen.name}")
-        found = self._replaced(present, trials, exchange_justified)
+        found = self._first_confirmed_step(present, trials, exchange_justified)
         if found is None or found.after is None:
             return None
-        after = self.runner.run_fine(effects, start_values(found.after, effects))
+        after = self.runner.run_on_whole_recordings(effects, start_values(found.after, effects))
         return replace(found, after=after)
 
-    def _replaced(
+    def _first_confirmed_step(
         self, present: SearchStep, trials: Sequence[Trial], justified: Justified
     ) -> SearchStep | None:
         """The step to the first of these models that is confirmed, None where none is."""
-        best = [RankedCandidate(t) for t in trials if justified(t, present.coarse_before, self.thinned)]
+        best = [
+            RankedCandidate(t) for t in trials if justified(t, present.coarse_before, self.on_thinned)
+        ]
         confirmed = self._first_confirmed(best, present, justified)
-        return present.to(confirmed, trials) if confirmed else None
+        return present.completed_with(confirmed, trials) if confirmed else None
 
     def _rank(self, present: SearchStep, sets: Sequence[Effects], label: str) -> list[Trial]:
         """Coarse trials of these sets of effects, least judged error first."""
-        if not (sets := [effects for effects in sets if not says_the_zero_twice(effects)]):
+        if not (sets := [effects for effects in sets if not has_redundant_zero_effects(effects)]):
             return []
         return self.runner.rank(
             present.coarse_before,
@@ -220,8 +232,8 @@ class Search:
         # One with a parameter at the end of its range gives way to another one that does as well.
         at_bound: RankedCandidate | None = None
         for candidate in best[: 1 + self.criteria.runners_up]:
-            after = self.runner.run_fine(candidate.trial.effects, candidate.trial.values)
-            if not justified(after, present.before, self.whole):
+            after = self.runner.run_on_whole_recordings(candidate.trial.effects, candidate.trial.values)
+            if not justified(after, present.before, self.on_whole):
                 continue
             if at_bound and distinguishable(at_bound.trial, after, self.criteria):
                 continue
@@ -259,8 +271,8 @@ def search(
         BrushgripError: a process ended before its work was done.
     """
     effects, count = effects_named(candidates), job_count(jobs)
-    with workers(jobs, effects, executor) as submit:
+    with worker_submitter(jobs, effects, executor) as submit:
         runner = TrialRunner(
             training=training, holdout=holdout, loss=loss, submit=submit, journal=journal, threads=count
         )
-        return Search(runner, effects, criteria, progress or silent).run()
+        return Search(runner, effects, criteria, progress or ignore_progress).run()

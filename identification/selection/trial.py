@@ -157,7 +157,9 @@ def run_trial(task: TrialTask, threads: int = 1) -> Trial:
         own, rig = ({n: of[n] for n in names if n in of} for of in (start.own, start.rig))
         start = replace(start, own=own, rig=rig)
     fitted = fit(model, task.training, start, options)
-    held_out = fit_own_parameters(fitted, task.holdout, options, task.start) if task.holdout else None
+    held_out = (
+        fit_recording_parameters(fitted, task.holdout, options, task.start) if task.holdout else None
+    )
     return trial_of(task, fitted, held_out)
 
 
@@ -182,7 +184,7 @@ def thin_for_ranking(recording: Recording, step: float = RANKING_STEP) -> Record
     return recording_at_samples(replace(recording, M=None), np.arange(0, recording.t.size, stride))
 
 
-def fit_own_parameters(
+def fit_recording_parameters(
     fitted: Fit,
     recordings: Sequence[Recording],
     options: FitOptions = FINE_FIT,

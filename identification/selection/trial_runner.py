@@ -14,7 +14,6 @@ from typing import Any, TypeVar
 from identification.fits.loss import Loss
 from identification.fits.parameter_values import Values
 from identification.reading.recordings import Recording
-from identification.selection.journal import Journal
 from identification.selection.trial import (
     FINE,
     RANKING_STEP,
@@ -25,7 +24,8 @@ from identification.selection.trial import (
     run_trial,
     thin_for_ranking,
 )
-from identification.selection.worker_processes import WorkerProcesses, one_thread_each
+from identification.selection.trial_journal import Journal
+from identification.selection.worker_processes import WorkerProcesses, one_blas_thread_per_process
 from symbolic import BrushgripError, Effect, InvalidInputError
 
 Effects = tuple[Effect, ...]
@@ -71,15 +71,17 @@ class TrialRunner:
             ]
         return self._thinned[step]
 
-    def run_fine(
+    def run_on_whole_recordings(
         self, effects: Effects, start: Values | None = None, precision: Precision = FINE
     ) -> Trial:
         """A trial on the whole recordings."""
-        return self._run(self._fine_task(effects, start, precision))
+        return self._run(self._task_on_whole(effects, start, precision))
 
-    def run_coarse(self, effects: Effects, start: Values | None, precision: Precision) -> Trial:
+    def run_on_thinned_recordings(
+        self, effects: Effects, start: Values | None, precision: Precision
+    ) -> Trial:
         """A trial on the thinned recordings, to be compared with candidates."""
-        return self._run(self._coarse_task(effects, start, precision))
+        return self._run(self._task_on_thinned(effects, start, precision))
 
     def rank(
         self, present: Trial, sets: Sequence[Effects], precision: Precision, report: Report
@@ -88,23 +90,25 @@ class TrialRunner:
         # The heaviest first, so that no core waits for one of them at the end.
         ordered = sorted(sets, key=lambda effects: -model_of(effects, precision).memory_size)
         starts = [(effects, start_values(present, effects)) for effects in ordered]
-        return sorted(self.run_all(starts, precision, report), key=lambda trial: trial.nrmse)
+        return sorted(self.run_all_on_thinned(starts, precision, report), key=lambda trial: trial.nrmse)
 
-    def run_all(
+    def run_all_on_thinned(
         self, starts: Sequence[tuple[Effects, Values]], precision: Precision, report: Report
     ) -> list[Trial]:
         """Coarse trials of these sets of effects, each from its own values; in the order given."""
-        tasks = [self._coarse_task(effects, start, precision) for effects, start in starts]
-        return self._begin(tasks)(report)
+        tasks = [self._task_on_thinned(effects, start, precision) for effects, start in starts]
+        return self._submit_tasks(tasks)(report)
 
-    def begin_fine(
+    def begin_on_whole_recordings(
         self, starts: Mapping[Key, tuple[Effects, Values]], precision: Precision
     ) -> Callable[[], dict[Key, Trial]]:
         """Begin trials on the whole recordings in the processes; what is returned waits for them."""
-        finish = self._begin([self._fine_task(*start, precision) for start in starts.values()])
-        return lambda: dict(zip(starts, finish(silent), strict=True))
+        finish = self._submit_tasks(
+            [self._task_on_whole(*start, precision) for start in starts.values()]
+        )
+        return lambda: dict(zip(starts, finish(ignore_progress), strict=True))
 
-    def _begin(self, tasks: Sequence[TrialTask]) -> Callable[[Report], list[Trial]]:
+    def _submit_tasks(self, tasks: Sequence[TrialTask]) -> Callable[[Report], list[Trial]]:
         """Hand over what the journal lacks; what is returned waits for it and reports progress."""
         trials, futures = dict[int, Trial](), {}
         for i, task in enumerate(tasks):
@@ -124,11 +128,13 @@ class TrialRunner:
 
         return finish
 
-    def _coarse_task(self, effects: Effects, start: Values | None, precision: Precision) -> TrialTask:
+    def _task_on_thinned(
+        self, effects: Effects, start: Values | None, precision: Precision
+    ) -> TrialTask:
         training, holdout = self._thinned_to(precision.step)
         return TrialTask(effects, training, holdout, start, precision, self.loss)
 
-    def _fine_task(self, effects: Effects, start: Values | None, precision: Precision) -> TrialTask:
+    def _task_on_whole(self, effects: Effects, start: Values | None, precision: Precision) -> TrialTask:
         return TrialTask(effects, self.training, self.holdout, start, precision, self.loss)
 
     def _run(self, task: TrialTask) -> Trial:
@@ -143,7 +149,7 @@ class TrialRunner:
         return trial
 
 
-def silent(*_: object) -> None:
+def ignore_progress(*_: object) -> None:
     """Progress that nobody sees."""
 
 
@@ -193,7 +199,7 @@ def job_count(jobs: int | None) -> int:
 
 
 @contextmanager
-def workers(
+def worker_submitter(
     jobs: int | None, effects: Effects = (), executor: Executor | None = None
 ) -> Iterator[Submit]:
     """Processes to which work can be submitted; with one job it runs in this process, at once.
@@ -209,7 +215,7 @@ def workers(
     if executor is not None and not isinstance(executor, WorkerProcesses):
         if jobs is not None:
             raise InvalidInputError("an executor has processes of its own; leave jobs out")
-        with _lent(executor) as submit:
+        with _user_executor_submit(executor) as submit:
             yield submit
         return
     with nullcontext(executor) if executor else worker_pool(jobs) as pool:
@@ -228,7 +234,7 @@ def worker_pool(jobs: int | None, start: int = 0) -> Iterator[WorkerProcesses | 
         yield None
         return
     pool = WorkerProcesses(count)
-    with one_thread_each():
+    with one_blas_thread_per_process():
         try:
             pool.start(start)
             yield pool
@@ -238,11 +244,11 @@ def worker_pool(jobs: int | None, start: int = 0) -> Iterator[WorkerProcesses | 
 
 def submit_of(executor: Executor | None) -> Submit:
     """What hands work to an executor; without one it is done at once."""
-    return executor.submit if executor else run_at_once
+    return executor.submit if executor else run_in_this_process
 
 
 @contextmanager
-def _lent(executor: Executor) -> Iterator[Submit]:
+def _user_executor_submit(executor: Executor) -> Iterator[Submit]:
     """Work for an executor of the user's; work that it loses is a fault."""
     pending: set[Future[Any]] = set()
 
@@ -282,7 +288,7 @@ def _check_importable(effect: Effect) -> None:
     )
 
 
-def run_at_once(function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+def run_in_this_process(function: Callable[..., Any], *arguments: Any) -> Future[Any]:
     """Work done in this process before the next is handed over."""
     future: Future[Any] = Future()
     future.set_result(function(*arguments))

@@ -23,7 +23,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from symbolic import BrushgripError
-from symbolic.compilation.operating_system import children_ignore_interrupts, terminate_main_thread
+from symbolic.compilation.operating_system import children_ignore_interrupts, send_sigterm_to_main_thread
 
 GRACE = 3.0
 """Time that a process has to clean up before it is killed [s]."""
@@ -39,7 +39,7 @@ ENDED = (
 
 
 @contextmanager
-def one_thread_each() -> Iterator[None]:
+def one_blas_thread_per_process() -> Iterator[None]:
     """Processes started within do their linear algebra in one thread: there is one for every core."""
     changed = {**dict.fromkeys(THREADS, "1"), **HEAP}
     before = {name: os.environ.get(name) for name in changed}
@@ -82,7 +82,7 @@ class WorkerProcesses(Executor):
         for worker in self._running:
             worker.process.terminate()
         for worker in self._running:
-            worker.end()
+            worker.end_and_describe_exit()
         self._threads.shutdown(cancel_futures=True)
 
     def _call(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
@@ -96,9 +96,9 @@ class WorkerProcesses(Executor):
                 reason = f"it cannot be started, {error.strerror or error}"
                 continue
             try:
-                done, result = worker.answer(request)
+                done, result = worker.run_request(request)
             except (EOFError, OSError):
-                reason = worker.end()
+                reason = worker.end_and_describe_exit()
                 del self._own.worker
                 if worker.is_ready or worker.was_killed:
                     continue
@@ -133,7 +133,7 @@ class _Worker:
         other.close()
         self.is_ready = False
 
-    def answer(self, request: bytes) -> tuple[bool, Any]:
+    def run_request(self, request: bytes) -> tuple[bool, Any]:
         """Whether the work was done, and its result or what it raised.
 
         Raises:
@@ -151,7 +151,7 @@ class _Worker:
         """Whether a signal ended it."""
         return (self.process.exitcode or 0) < 0
 
-    def end(self) -> str:
+    def end_and_describe_exit(self) -> str:
         """Ends the process if it has not ended; says how it did."""
         self.process.join(GRACE)
         if self.process.exitcode is None:
@@ -183,7 +183,7 @@ def _end_with_parent() -> None:
     if parent is None:
         return
     parent.join()
-    if terminate_main_thread():
+    if send_sigterm_to_main_thread():
         time.sleep(GRACE)
     os._exit(1)
 
@@ -203,12 +203,12 @@ def _answer(request: bytes) -> bytes:
             answer = pickle.dumps((False, error))
             pickle.loads(answer)
             return answer
-        return _refusal(error)
+        return _pickled_error(error)
     try:
         return pickle.dumps((True, result))
     except Exception as error:  # what cannot be pickled raises whatever it likes
-        return _refusal(error)
+        return _pickled_error(error)
 
 
-def _refusal(error: Exception) -> bytes:
+def _pickled_error(error: Exception) -> bytes:
     return pickle.dumps((False, BrushgripError(f"{type(error).__name__}: {error}")))

@@ -20,7 +20,7 @@ from identification.fits.fitting import Fit, fit
 from identification.fits.least_squares_problem import signals_of
 from identification.fits.parameter_values import ParameterEstimate
 from identification.reading.car_plausibility import require_unclipped
-from identification.reading.declared_torques import farthest_standstill_without_gear
+from identification.reading.declared_torques import standstill_less_gear_friction
 from identification.reading.recordings import Recording
 from symbolic import InvalidInputError, Model, full_slide_arm, simulate
 from symbolic.parameters import Tolerances
@@ -78,7 +78,7 @@ def identify_tyres(
         raise InvalidInputError(
             f"friction of the ground must be known to less than itself, got {friction:g} ± {tolerance:g}"
         )
-    used = [_of_steering(one) for one in recordings]
+    used = [_prepare_steered_standstill(one) for one in recordings]
     names = ", ".join(one.name for one in used)
     if len({one.tyre.k for one in used}) > 1:
         raise InvalidInputError(
@@ -91,8 +91,8 @@ def identify_tyres(
     factor = float(frictions.mean() / friction)
     ratio = float(fitted.values.tyre["k"] / used[0].tyre.k)
     known = (vehicle.slide_factor or 1.0) * factor
-    declared_std = _require_plausible(names, vehicle, known, ratio, friction, tolerance)
-    rest = max(_require_full_slide(fitted, one) for one in used)
+    declared_std = _checked_slide_factor_std(names, vehicle, known, ratio, friction, tolerance)
+    rest = max(_checked_full_slide_rms(fitted, one) for one in used)
     of_fit = max(stds[one.name, "mu"] / m for one, m in zip(used, frictions, strict=True))
     between = float(frictions.std(ddof=1) / frictions.mean()) if len(used) > 1 else 0.0
     factor_std = hypot(of_fit, between, MODEL_ERROR, STD_PER_TOLERANCE * tolerance / friction)
@@ -111,9 +111,9 @@ def identify_tyres(
     )
 
 
-def _of_steering(recording: Recording) -> Recording:
+def _prepare_steered_standstill(recording: Recording) -> Recording:
     """The standstill with the most steering, load and lengths exact, the damping known roughly."""
-    one, _ = farthest_standstill_without_gear(recording)
+    one, _ = standstill_less_gear_friction(recording)
     car = one.standstills
     if car is None:
         raise InvalidInputError(f"{recording.name}: is no recording of a car")
@@ -126,7 +126,7 @@ def _of_steering(recording: Recording) -> Recording:
     return replace(one, rig=rig, standstills=roughly)
 
 
-def _require_plausible(
+def _checked_slide_factor_std(
     names: str, vehicle: Vehicle, factor: float, ratio: float, friction: float, tolerance: float
 ) -> float:
     """Standard deviation of the factor by what is declared, ground and model; they must explain it."""
@@ -154,7 +154,7 @@ def _require_plausible(
     return hypot(*shares, STD_PER_TOLERANCE * tolerance / friction, MODEL_ERROR)
 
 
-def _require_full_slide(fitted: Fit, recording: Recording) -> float:
+def _checked_full_slide_rms(fitted: Fit, recording: Recording) -> float:
     """Rms of what is left over the torque of full slide [1], which has to be reached and explained."""
     values = fitted.values.of(recording)
     rig, slide = recording.rig, values["mu"] * float(np.median(recording.F_N))

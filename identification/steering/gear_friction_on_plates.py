@@ -24,7 +24,7 @@ from symbolic import InvalidInputError
 from symbolic.float_array import Array
 from symbolic.parameters import EVEN
 from symbolic.vehicle.contact_about_kingpin import Contact
-from symbolic.vehicle.steering import jacking_torque, lever, mean_angle
+from symbolic.vehicle.steering import jacking_torque, mean_wheel_angle, rack_lever
 from symbolic.vehicle.vehicle import RANGES, Vehicle
 
 PLATE_FRICTION = 0.005
@@ -66,7 +66,7 @@ class PlatesResult:
 
 def identify_on_plates(recordings: Sequence[RackRecording], vehicle: Vehicle) -> PlatesResult:
     """Least squares over the samples in which the rack moves evenly."""
-    rows, forces = zip(*(_rows(one, vehicle) for one in recordings), strict=True)
+    rows, forces = zip(*(_regressors_and_force(one, vehicle) for one in recordings), strict=True)
     A, force = np.concatenate(rows), np.concatenate(forces)
     names = ", ".join(one.name for one in recordings)
     if force.size < MIN_SAMPLES:
@@ -114,7 +114,7 @@ def identify_on_plates(recordings: Sequence[RackRecording], vehicle: Vehicle) ->
     return PlatesResult(**estimates, samples=force.size, rms=float(residual.std()))
 
 
-def _rows(recording: RackRecording, vehicle: Vehicle) -> tuple[Array, Array]:
+def _regressors_and_force(recording: RackRecording, vehicle: Vehicle) -> tuple[Array, Array]:
     """Regressors and force, of even motion alone."""
     s, t = recording.s, recording.t
     require_unclipped(recording.name, recording.at_limit, "less return torque")
@@ -130,9 +130,9 @@ def _rows(recording: RackRecording, vehicle: Vehicle) -> tuple[Array, Array]:
     moving &= np.abs(rate) > MIN_SPEED_SHARE * np.median(np.abs(rate[moving]))
     size = np.abs(acceleration)
     even = moving & (size < np.quantile(size[moving], STEADY_SHARE))
-    lift = 2 * jacking_torque(vehicle, mean_angle(vehicle, s)) / lever(vehicle, s)
+    lift = 2 * jacking_torque(vehicle, mean_wheel_angle(vehicle, s)) / rack_lever(vehicle, s)
     by_load = lift + vehicle.gear_load_share * np.abs(lift) * side
-    drag = 2 * rate / lever(vehicle, s) ** 2
+    drag = 2 * rate / rack_lever(vehicle, s) ** 2
     regressors: Array = np.column_stack([side, drag, by_load, np.ones_like(s)])
     force = recording.force - vehicle.moved_mass * acceleration
     return regressors[even], force[even]
@@ -144,5 +144,5 @@ def _solved(A: Array, force: Array) -> Array:
 
 def full_slide_rack_force(vehicle: Vehicle) -> float:
     """Force on the rack of both tyres that slide, mu = 1 [N]."""
-    arm = Contact.of(vehicle, brakes=True).slide_arm
+    arm = Contact.from_vehicle(vehicle, brakes=True).slide_arm
     return 2 * vehicle.wheel_load * arm / vehicle.steering_arm

@@ -9,8 +9,8 @@ from identification.thesis.friction_network import (
 )
 from identification.thesis.published_estimate import (
     AuthorEstimate,
-    aligned,
     author_estimate_file,
+    begin_of_part,
     read_author_estimate,
 )
 from identification.thesis.stiffness_by_fft_and_decrement import (
@@ -24,8 +24,8 @@ __all__ = [
     "DecrementIdentification",
     "FrictionNetwork",
     "NetworkDesign",
-    "aligned",
     "author_estimate_file",
+    "begin_of_part",
     "estimate_by_decrement",
     "label_mean",
     "read_author_estimate",

@@ -65,9 +65,9 @@ class FrictionNetwork:
 
     def estimate_mu_eff(self, recording: Recording) -> Array:
         """Friction at every sample, shape (n,) [1]."""
-        return self.at(self.inputs(recording))
+        return self.predict_friction(self.inputs(recording))
 
-    def at(self, rows: Array) -> Array:
+    def predict_friction(self, rows: Array) -> Array:
         """Friction for any rows of inputs, shape (n,) [1]."""
         output = np.asarray(self.regressor.predict(rows), dtype=float)
         return output if self.base is None else output + rows[:, self.base]

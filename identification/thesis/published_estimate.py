@@ -62,7 +62,7 @@ def read_author_estimate(path: Path) -> AuthorEstimate:
     )
 
 
-def aligned(psi: Array, part: Array) -> int:
+def begin_of_part(psi: Array, part: Array) -> int:
     """Index at which the angles `part` begin in those of the whole recording, `psi`, both in [rad]."""
     starts = range(psi.size - part.size + 1)
     off = [float(np.abs(psi[at : at + part.size] - part).max()) for at in starts]

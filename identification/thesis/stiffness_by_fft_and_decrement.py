@@ -80,7 +80,7 @@ def _decrement_of(vibration: FreeVibration) -> DecrementVibration:
     swing = psi - np.median(psi[-psi.size // 4 :])
     omega_d = 2 * np.pi * _frequency(t, swing)
     heights = np.maximum(
-        _heights(t, swing * np.sign(vibration.deflection), 2 * np.pi / omega_d), step / 2
+        _peak_deflections(t, swing * np.sign(vibration.first_deflection), 2 * np.pi / omega_d), step / 2
     )
     distinct = heights >= max(_FAINT * step, _WEAK * heights[0])
     periods = max(int(np.argmin(distinct)) - 1 if not distinct.all() else heights.size - 1, 1)
@@ -104,7 +104,7 @@ def _frequency(t: Array, swing: Array) -> float:
     return float(slowest + np.argmax(spectrum[slowest:])) * rate / count
 
 
-def _heights(t: Array, swing: Array, period: float) -> Array:
+def _peak_deflections(t: Array, swing: Array, period: float) -> Array:
     """The largest deflection of every period towards the side of the first [rad]."""
     number = np.round((t - t[0]) / period).astype(np.intp)
     whole = int((t[-1] - t[0]) / period)

@@ -77,20 +77,20 @@ def embedded_code(functions: Sequence[ca.Function], real: Real, prefix: str) -> 
     InvalidInputError where a constant is beyond the type, BrushgripError where CasADi writes what is not
     known here.
     """
-    text = resolve_conditions(casadi_text(functions, real, prefix))
+    text = resolve_preprocessor_ifs(casadi_text(functions, real, prefix))
     names = frozenset(function.name() for function in functions)
     arg, res, iw, w = map(max, zip(*(work_sizes(text, name) for name in names), strict=True))
-    text = DEFINITION.sub(lambda match: _static(match, names), text)
+    text = DEFINITION.sub(lambda match: _make_static_or_drop(match, names), text)
     for old, new in EXTREMES:
         text = text.replace(old, new)
     for pattern, replacement in COMPARISONS:
         text = pattern.sub(replacement, text)
-    text = STATIC_FUNCTION.sub(_initialised, text)
+    text = STATIC_FUNCTION.sub(_mark_unused_and_zero_work, text)
     # Each table has a macro that gives it its prefix, and its definition; those not used are left out.
     count = count_names(text)
     text = TABLE.sub(lambda match: match.group() if count[match[1]] > 2 else "", text)
     text = code_in_type(text, real)
-    _check(text, names, real)
+    _check_rewritten_c(text, names, real)
     return EmbeddedCode(text=text, arg=arg, res=res, iw=iw, w=w)
 
 
@@ -117,18 +117,18 @@ def work_sizes(text: str, name: str) -> tuple[int, ...]:
     """Lengths of arg, res, iw and w of a Function, from its C: less than `Function.sz_w` says."""
     match = re.search(rf"int {name}_work\(.*?{_SIZES}", text, re.S)
     if match is None:
-        raise _unknown(f"no work sizes of {name}")
+        raise _unsupported_c_error(f"no work sizes of {name}")
     return tuple(map(int, match.groups()))
 
 
-def resolve_conditions(text: str) -> str:
+def resolve_preprocessor_ifs(text: str) -> str:
     """The branches of preprocessor conditions that hold, without the conditions."""
     lines, branches = [], [True]
     for line in text.splitlines():
         directive = line.strip()
         if directive.startswith("#if"):
             if directive not in CONDITIONS:
-                raise _unknown(f"the condition {directive!r}")
+                raise _unsupported_c_error(f"the condition {directive!r}")
             branches.append(CONDITIONS[directive])
         elif directive == "#else":
             branches[-1] = not branches[-1]
@@ -139,13 +139,13 @@ def resolve_conditions(text: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _static(match: re.Match[str], names: frozenset[str]) -> str:
+def _make_static_or_drop(match: re.Match[str], names: frozenset[str]) -> str:
     """A helper or one of the Functions, static; nothing for a function that describes them to CasADi."""
     needed = match["name"].startswith("casadi_") or match["name"] in names
     return f"static {match.group()}" if needed else ""
 
 
-def _initialised(match: re.Match[str]) -> str:
+def _mark_unused_and_zero_work(match: re.Match[str]) -> str:
     """A function with its unused parameters marked and its scalar work variables set to 0."""
     head, parameters, body = match.groups()
     used = count_names(body)
@@ -156,18 +156,18 @@ def _initialised(match: re.Match[str]) -> str:
     return f"{head}({parameters}) {{\n{unused}{body}}}"
 
 
-def _check(text: str, names: frozenset[str], real: Real) -> None:
+def _check_rewritten_c(text: str, names: frozenset[str], real: Real) -> None:
     """Raise `BrushgripError` unless the code is what the rewriting is for."""
     if (exported := re.search(r"^(?!static )\w.*", text, re.M)) is not None:
-        raise _unknown(f"{exported.group()!r}, which is not static")
+        raise _unsupported_c_error(f"{exported.group()!r}, which is not static")
     if missing := [name for name in sorted(names) if f"static int {name}(" not in text]:
-        raise _unknown(f"no function {missing[0]}")
+        raise _unsupported_c_error(f"no function {missing[0]}")
     known = {f"{name}{real.suffix}" for name in MATH_FUNCTIONS - {"fmin", "fmax"}} | _KEYWORDS | names
     called = set(re.findall(r"\b([A-Za-z_]\w*)\(", re.sub(r"/\*.*?\*/", "", text, flags=re.S)))
     if unknown := sorted(name for name in called - known if not name.lower().startswith("casadi_")):
-        raise _unknown(f"a call of {unknown[0]}")
+        raise _unsupported_c_error(f"a call of {unknown[0]}")
 
 
-def _unknown(what: str) -> BrushgripError:
+def _unsupported_c_error(what: str) -> BrushgripError:
     version = ca.CasadiMeta.version()
     return BrushgripError(f"CasADi {version} writes C that cannot be rewritten for a target: {what}")

@@ -18,12 +18,12 @@ import numpy as np
 
 from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_codegen import compact_body, compact_patch
-from observers.embedded.generated_files import mark, require_usable, write_generated
+from observers.embedded.generated_files import file_mark, require_usable_code_name, write_generated
 from observers.embedded.jinja_templates import ObserverBody, render
 from observers.embedded.reference_samples import reference_csv
 from observers.embedded.run_time_parameters import parameter_placeholders, run_time_parameters
-from observers.embedded.scalar_expansion import Tunable, with_meanings
-from observers.embedded.scalar_type import SINGLE, Real, code_in_type, with_prefix
+from observers.embedded.scalar_expansion import Tunable, add_function_comments
+from observers.embedded.scalar_type import SINGLE, Real, code_in_type, prefix_own_c_names
 from observers.estimators.model_observer import RIG_UNITS
 from observers.measurement.causal_yaw_rate import FILTER_TIME_CONSTANT
 from observers.measurement.directional_friction import OTHER
@@ -124,7 +124,7 @@ def source_texts(
     observer: FunctionObserver, real: Real, name: str, *, tunable: Tunable = ""
 ) -> tuple[dict[str, str], dict[str, Any]]:
     """The text of every file, by its name, and the values of the templates; errors as for `generate`."""
-    require_usable(name)
+    require_usable_code_name(name)
     if absent := [name for name in MEMBERS if getattr_static(observer, name, None) is None]:
         raise InvalidInputError(
             "observer must be an Ekf, an Mhe or another observers.FunctionObserver, made of casadi"
@@ -151,8 +151,8 @@ def source_texts(
         "CMakeLists.txt": "CMakeLists.txt", **({f"{name}.a2l": "parameters.a2l"} if tunable else {}),
     }  # fmt: skip
     texts = {file: render(template, terms) for file, template in templates.items()}
-    texts[f"{name}.c"] = with_prefix(code_in_type(texts[f"{name}.c"], real), name)
-    texts[f"{name}.json"] = _parameters(observer, real, terms["version"], tunable)
+    texts[f"{name}.c"] = prefix_own_c_names(code_in_type(texts[f"{name}.c"], real), name)
+    texts[f"{name}.json"] = _parameters_json(observer, real, terms["version"], tunable)
     texts[f"{name}_vector.csv"] = reference_csv(observer, real)
     return texts, terms
 
@@ -163,17 +163,17 @@ def _state_size(body: ObserverBody, real: Real, constants: int, checked: int) ->
     return -(-size // real.size) * real.size
 
 
-def _limit(observer: FunctionObserver, real: Real) -> dict[str, str]:
+def _comparison_tolerance(observer: FunctionObserver, real: Real) -> dict[str, str]:
     """What `check` allows, and why: bristles turn rounding into whole bristles that stick or slide."""
     limit, comment = "1e-8", "Double precision."
-    if real is SINGLE and observer.model.exact:
+    if real is SINGLE and observer.model.uses_exact_patch:
         limit, comment = "1e-3", "Single precision, exact patch."
     elif real is SINGLE:
         limit, comment = "5e-2", "Single precision, bristles: rounding decides which slide."
     return {"limit": limit, "limit_comment": comment}
 
 
-def _weaker_direction(observer: FunctionObserver, real: Real, tunable: Tunable) -> dict[str, str]:
+def _weaker_direction_terms(observer: FunctionObserver, real: Real, tunable: Tunable) -> dict[str, str]:
     """What the weaker direction holds less: a number, or the parameter that tells it, or neither."""
     ratio = ASYMMETRY_RATIO.replace(".", "_") * (tunable == "all" and ASYMMETRY_RATIO in observer.values)
     single = OTHER not in getattr(getattr(observer, "measurement_model", None), "states", ())
@@ -189,8 +189,8 @@ def _placeholders(observer: FunctionObserver, real: Real, name: str, tunable: Tu
     return {
         "tunable": tunable, "constants_at": ", state->constants" if tunable else "",
         "name": name, "NAME": name.upper(), "real": real.c_type, "digits": real.digits,
-        **_limit(observer, real),
-        **_weaker_direction(observer, real, tunable),
+        **_comparison_tolerance(observer, real),
+        **_weaker_direction_terms(observer, real, tunable),
         "title": f"{observer.title}; {real.c_type}.",
         "rig_comment": _rig_comment(observer, tunable),
         "torque": observer.channel,
@@ -208,7 +208,7 @@ def _placeholders(observer: FunctionObserver, real: Real, name: str, tunable: Tu
         ),
         "torque_meaning": TORQUE_MEANING[observer.channel],
         "uses_rate": "psi_dot" in INPUTS_OF[observer.channel],
-        "brushgrip": version(), "generated": mark(), "casadi": ca.CasadiMeta.version(),
+        "brushgrip": version(), "generated": file_mark(), "casadi": ca.CasadiMeta.version(),
         "flags": STATUS_FLAGS, "output": OUTPUT, "estimate": ESTIMATE,
         "numbers": tuple(name for name in OUTPUT if name != "status"),
         "constants": [
@@ -219,7 +219,7 @@ def _placeholders(observer: FunctionObserver, real: Real, name: str, tunable: Tu
         "prior_std": real.literal(prior.mu_std),
         "informed_below": real.literal(observer.informed_below),
         "uninformed": UNINFORMED,
-        "checked": getattr(observer, "is_checked", True),
+        "checked": getattr(observer, "has_unit_and_sign_check", True),
         "evidence": c_function(
             "gather_evidence", build_implausibility_evidence(observer.channel), real.c_type
         ),
@@ -228,7 +228,9 @@ def _placeholders(observer: FunctionObserver, real: Real, name: str, tunable: Tu
         ],
         "half_length": real.literal(observer.rig.a),
         "rate_time_constant": repr(FILTER_TIME_CONSTANT),
-        "limits": [real.literal(limit) for limit in getattr(observer, "sample_limits", Tuning().limits)],
+        "limits": [
+            real.literal(x) for x in getattr(observer, "sample_limits", Tuning().sensor_limits)
+        ],
         "slack": real.literal(SLACK),
         "longest_step": repr(MAX_SAMPLE_PERIOD),
         "largest_value": repr(SENSIBLE),
@@ -254,7 +256,7 @@ def _casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any
     initial, step = (function.name() for function in pair)
     calls = {"arg": code.arg, "res": code.res, "initial": initial, "step": step}
     return ObserverBody(
-        core=with_meanings(code.text),
+        core=add_function_comments(code.text),
         stepping=render("stepping.c", {**terms, **calls}),
         private_fields=f"    {real.c_type} values[2][{size}]; /* before and after a sample */\n"
         f"    {real.c_type} scratch[{reals}];\n"
@@ -263,12 +265,12 @@ def _casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any
     )
 
 
-def _parameters(observer: FunctionObserver, real: Real, version: str, tunable: Tunable) -> str:
+def _parameters_json(observer: FunctionObserver, real: Real, version: str, tunable: Tunable) -> str:
     """JSON of model, values, rig and settings; what JSON does not have is written as a string."""
     units = units_of(observer.model)
     rig = zip(((name, getattr(observer.rig, name)) for name in RIG), RIG_UNITS, strict=True)
     document = {
-        "generated": mark(),
+        "generated": file_mark(),
         "version": version,
         "observer": observer.name,
         "real": real.c_type,

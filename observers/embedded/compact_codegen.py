@@ -7,23 +7,23 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from observers.embedded.estimators.filter import compact_filter
-from observers.embedded.estimators.sample_functions import EstimatorCode, clean_and_patch_signals
+from observers.embedded.estimators.compact_ekf import compact_ekf_code
+from observers.embedded.estimators.compact_mhe import compact_mhe_code
+from observers.embedded.estimators.shared_step_functions import EstimatorCode, clean_and_patch_signals
 from observers.embedded.estimators.supervision import (
     acquisition_functions,
-    rolled_verdict,
+    verdict_function_and_loop_c,
     with_supervision,
 )
-from observers.embedded.estimators.window import compact_window
 from observers.embedded.jinja_templates import ObserverBody, render
 from observers.embedded.patches.bristles import bristle_patch_code, has_bristles
-from observers.embedded.patches.exact_patch import exact_patch_code, has_corners
+from observers.embedded.patches.exact_patch import exact_patch_code, has_exact_patch
 from observers.embedded.patches.patch_code import PatchCode
 from observers.embedded.scalar_expansion import (
     ConstantSubstitution,
     Tunable,
+    add_comment_and_own_exp_log,
     estimator_c,
-    with_description,
 )
 from observers.embedded.scalar_type import Real
 from observers.estimators.ekf import Ekf
@@ -43,8 +43,8 @@ from symbolic import DECLARED
 from symbolic.compilation.scalar_c import ELEMENTARY
 
 ESTIMATORS: Mapping[type, Callable[[PatchCode, ConstantSubstitution], EstimatorCode]] = {
-    Ekf: compact_filter,
-    Mhe: compact_window,
+    Ekf: compact_ekf_code,
+    Mhe: compact_mhe_code,
 }
 """Estimators in compact C; a subclass may compute something else."""
 ANY = ("any_log", "any_exp")
@@ -69,7 +69,7 @@ def compact_patch(observer: FunctionObserver, real: Real, tunable: Tunable = "")
         patch = bristle_patch_code(observer, real)
     elif isinstance(observer, Mhe) and memory_depends_on_tyre(observer.model, model):
         return None
-    elif has_corners(observer):
+    elif has_exact_patch(observer):
         patch = exact_patch_code(observer, real, rig_at_run_time=tunable == "all")
     else:
         return None
@@ -91,11 +91,11 @@ def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> ObserverBody:
     }  # fmt: skip
     functions = [*clean_and_patch_signals(observer), *estimator.functions]
     functions += acquisition_functions(observer, constants)
-    names = {**_names(observer), **estimator.element_names}
+    names = {**_vector_element_names(observer), **estimator.element_names}
     texts = [estimator_c(function, real, names) for function in functions]
     if observer.acquire:
-        verdict, text = rolled_verdict(observer, real, terms["tunable"])
-        texts.append(with_description(verdict, "verdict_of", text, names))
+        verdict, text = verdict_function_and_loop_c(observer, real, terms["tunable"])
+        texts.append(add_comment_and_own_exp_log(verdict, "verdict_of", text, names))
     written = "\n".join(texts)
     functions_of_patch = re.sub(r"\bexp\(", "any_exp(", patch.functions)
     of_patch = "\n".join([functions_of_patch, *(render(name, values) for name in patch.templates)])
@@ -115,7 +115,7 @@ def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> ObserverBody:
     return with_supervision(observer, real, values, body)
 
 
-def _names(observer: ModelObserver) -> dict[str, tuple[str, ...]]:
+def _vector_element_names(observer: ModelObserver) -> dict[str, tuple[str, ...]]:
     """Names of the elements of vectors, by those of the vectors."""
     states, slopes = observer.states, slope_states(observer.measurement_model)
     pairs = [(row, column) for column in states for row in states]

@@ -11,7 +11,7 @@ BASE = {
 _AT = "const fmi{}ValueReference at[], size_t count"
 
 
-def base_unit(unit: str) -> str:
+def fmi_base_unit_xml(unit: str) -> str:
     """The BaseUnit of a unit such as N.m/rad; empty where FMI has none for it, as for 1/sqrt(s)."""
     exponents: dict[str, int] = {}
     above, *below = unit.split("/")
@@ -33,7 +33,9 @@ def marked_unused(parameters: str) -> str:
     return ", ".join(f"(void){name}" for name in names) + ";"
 
 
-def _values(version: int, verb: str, types: str, more: str = "") -> tuple[tuple[str, str], ...]:
+def _get_set_functions(
+    version: int, verb: str, types: str, more: str = ""
+) -> tuple[tuple[str, str], ...]:
     """The functions that get or set variables of some types."""
     const = "const " * (verb == "Set")
     return tuple(
@@ -48,8 +50,8 @@ VERSION_2 = {
     "integer_type": "Integer", "array": "", "description": "modelDescription.xml",
     "library": "linux64", "build": False,
     "unsupported": (
-        *_values(2, "Set", "Integer Boolean String"),
-        *_values(2, "Get", "String"),
+        *_get_set_functions(2, "Set", "Integer Boolean String"),
+        *_get_set_functions(2, "Get", "String"),
         ("GetDirectionalDerivative", f"{_AT.format(2)}, const fmi2ValueReference by[], size_t known,"
          " const fmi2Real along[], fmi2Real v[]"),
         ("SetRealInputDerivatives", f"{_AT.format(2)}, const fmi2Integer order[], const fmi2Real v[]"),
@@ -83,10 +85,10 @@ VERSION_3 = {
     "integer_type": "Int32", "array": ", size_t values_count", "description": "modelDescription3.xml",
     "library": "x86_64-linux", "build": True, "discarded": (),
     "unsupported": (
-        *_values(3, "Get", _NUMBERS, ", size_t n"),
-        *_values(3, "Set", f"{_NUMBERS} Int32 Boolean", ", size_t n"),
-        *_values(3, "Get", "Clock"),
-        *_values(3, "Set", "Clock"),
+        *_get_set_functions(3, "Get", _NUMBERS, ", size_t n"),
+        *_get_set_functions(3, "Set", f"{_NUMBERS} Int32 Boolean", ", size_t n"),
+        *_get_set_functions(3, "Get", "Clock"),
+        *_get_set_functions(3, "Set", "Clock"),
         ("GetBinary", f"{_AT.format(3)}, size_t sizes[], fmi3Binary values[], size_t n"),
         ("SetBinary", f"{_AT.format(3)}, const size_t sizes[], const fmi3Binary values[], size_t n"),
         ("GetDirectionalDerivative", _DERIVATIVE),

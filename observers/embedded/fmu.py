@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from observers.embedded.codegen import INPUTS_OF, TORQUE_MEANING, source_texts
-from observers.embedded.fmi_versions import VERSIONS, base_unit, marked_unused
+from observers.embedded.fmi_versions import VERSIONS, fmi_base_unit_xml, marked_unused
 from observers.embedded.generated_files import require_replaceable
 from observers.embedded.jinja_templates import render
 from observers.embedded.scalar_expansion import Tunable
@@ -93,7 +93,7 @@ def generate_fmu(
     """
     if version not in VERSIONS:
         raise InvalidInputError(f"version of FMI must be one of {list(VERSIONS)}, got {version!r}")
-    texts = _texts(observer, real, name, VERSIONS[version], tunable=tunable)
+    texts = _archive_texts(observer, real, name, VERSIONS[version], tunable=tunable)
     sources = {
         Path(file).name: text
         for file, text in texts.items()
@@ -101,7 +101,7 @@ def generate_fmu(
     }
     library = f"binaries/{VERSIONS[version]['library']}/{name}.so"
     files = {file: text.encode() for file, text in texts.items()}
-    files[library] = _library(_compiler(), sources, name)
+    files[library] = _compile_shared_library(_compiler(), sources, name)
     file = Path(folder) / f"{name}.fmu"
     file.parent.mkdir(parents=True, exist_ok=True)
     require_replaceable([file])
@@ -113,14 +113,14 @@ def generate_fmu(
     return file
 
 
-def is_host() -> bool:
+def is_supported_host() -> bool:
     """True on the one kind of machine for which the library is compiled."""
     return (platform.system(), platform.machine()) == HOST
 
 
 def _compiler() -> str:
     """The compiler, or the reason why there can be no FMU."""
-    if not is_host():
+    if not is_supported_host():
         raise InvalidInputError(
             f"an FMU is built on {' '.join(HOST)}, this is {platform.system()} {platform.machine()};"
             " write C instead, --target c"
@@ -133,7 +133,7 @@ def _compiler() -> str:
     return command
 
 
-def _texts(
+def _archive_texts(
     observer: FunctionObserver, real: Real, name: str, version: Mapping[str, Any], *, tunable: Tunable
 ) -> dict[str, str]:
     """Every text of the archive, by its path."""
@@ -148,7 +148,7 @@ def _texts(
     }
     units = ["1", "s", *(v.unit for v in (*terms["inputs"], *OUTPUTS) if v.unit)]
     units += [parameter["fmi_unit"] for parameter in terms["parameters"]]
-    terms["units"] = [(unit, base_unit(unit)) for unit in dict.fromkeys(units)]
+    terms["units"] = [(unit, fmi_base_unit_xml(unit)) for unit in dict.fromkeys(units)]
     fmi, of_version = version["fmi"], {**terms, **version, "unused": marked_unused}
     archive = {
         "modelDescription.xml": render(f"fmu/{version['description']}", terms),
@@ -165,7 +165,7 @@ def _texts(
     return archive
 
 
-def _library(command: str, sources: Mapping[str, str], name: str) -> bytes:
+def _compile_shared_library(command: str, sources: Mapping[str, str], name: str) -> bytes:
     """The library of the sources, without any path or date of this machine."""
     with tempfile.TemporaryDirectory() as folder:
         for file, text in sources.items():

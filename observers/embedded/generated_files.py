@@ -56,7 +56,7 @@ MATH_H = re.compile(
 """Functions and macros of math.h in every type."""
 
 
-def require_usable(name: str) -> None:
+def require_usable_code_name(name: str) -> None:
     """Refuse a name that generated code cannot have: none in C, or taken."""
     if not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", name):
         raise InvalidInputError(
@@ -79,7 +79,7 @@ _BEGINNING = 16_384
 """Within so many bytes of a file its mark stands."""
 
 
-def mark() -> str:
+def file_mark() -> str:
     """The mark of a file that is generated now."""
     return MARK.format(release=version())
 

@@ -110,7 +110,9 @@ def estimated_instructions(
     factor = 1 if real is SINGLE else SOFT_DOUBLE
     patch = compact_patch(observer, SINGLE)
     if patch is None:
-        return InstructionsPerStep(instructions=VECTORS * factor, vectors=True, remedy=_remedy(observer))
+        return InstructionsPerStep(
+            instructions=VECTORS * factor, vectors=True, remedy=_advice_for_loop_code(observer)
+        )
     if tunable == "all" and not patch.takes_rig:
         remedy = "take the tuning alone at run time (--tunable tuning), a tenth of that or less"
         return InstructionsPerStep(instructions=VECTORS * factor, vectors=True, remedy=remedy)
@@ -119,7 +121,7 @@ def estimated_instructions(
     on_bristles = bool(patch.terms["bristles"])
     if isinstance(observer, Mhe) and effects and not on_bristles:
         return InstructionsPerStep(instructions=None)
-    step, corner = _step_and_corner(patch, counts, tunable)
+    step, corner = _step_and_corner_instructions(patch, counts, tunable)
     corner *= not on_bristles
     acquiring = counts["acquiring"][bool(tunable)] + GEAR_ACQUIRING * ("gear" in patch.observer.states)
     acquiring *= patch.observer.acquire
@@ -137,7 +139,9 @@ def estimated_instructions(
     )  # fmt: skip
 
 
-def _step_and_corner(patch: PatchCode, counts: Counts, tunable: Tunable) -> tuple[float, float]:
+def _step_and_corner_instructions(
+    patch: PatchCode, counts: Counts, tunable: Tunable
+) -> tuple[float, float]:
     """Instructions of a step without patch and supervision, and of each corner of the patch."""
     states, window = patch.observer.states, getattr(patch.observer, "window", 0)
     steered = "psi" in states
@@ -161,7 +165,7 @@ def _bristle_instructions(patch: PatchCode, counts: Counts, column: int) -> floa
     return float(terms["bristles"] * (each + creep[column] * bool(terms["creep"])))
 
 
-def _remedy(observer: FunctionObserver) -> str:
+def _advice_for_loop_code(observer: FunctionObserver) -> str:
     """What to change, so that loops are written."""
     if type(observer).__name__ not in ("Ekf", "Mhe"):
         return "an observer of your own has CasADi's vectors alone"

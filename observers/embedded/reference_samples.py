@@ -4,7 +4,7 @@ from math import isfinite, nan
 
 import numpy as np
 
-from observers.embedded.generated_files import mark
+from observers.embedded.generated_files import file_mark
 from observers.embedded.scalar_type import Real
 from observers.interfaces.control_loop import Loop
 from observers.protocol import ESTIMATE, FunctionObserver, Sample
@@ -27,8 +27,8 @@ def reference_csv(observer: FunctionObserver, real: Real) -> str:
     sequence = (Sample(**dict(zip(INPUTS, column, strict=True))) for column in samples.T.tolist())
     expected = np.array([loop(sample).numbers for sample in sequence]).T
     columns = [*(samples[INPUTS.index(name)] for name in inputs), *expected]
-    comment = COMMENT.format(mu=simulated_friction(observer), seed=SEED).splitlines()
-    lines = [f"# {mark()}", *(f"# {line}" for line in comment), ",".join((*inputs, *ESTIMATE))]
+    comment = COMMENT.format(mu=reference_sample_friction(observer), seed=SEED).splitlines()
+    lines = [f"# {file_mark()}", *(f"# {line}" for line in comment), ",".join((*inputs, *ESTIMATE))]
     lines += [",".join(_number_text(v, real) for v in row) for row in zip(*columns, strict=True)]
     return "\n".join(lines) + "\n"
 
@@ -42,7 +42,7 @@ def reference_samples(observer: FunctionObserver) -> Array:
     # The load at which the patch slides at about a tenth of a radian, whatever its size.
     F_N = 2 * observer.values["k"] * rig.a**3 * (1 + 0.1 * np.sin(2 * np.pi * 0.9 * t))
     rate, dt = np.gradient(psi, SAMPLE_PERIOD), np.full(COUNT, SAMPLE_PERIOD)
-    theta = observer.model.theta({**observer.values, "mu": simulated_friction(observer)})
+    theta = observer.model.theta({**observer.values, "mu": reference_sample_friction(observer)})
     signals, geometry = np.vstack([psi, rate, F_N, dt]), np.array([rig.a, rig.e])
     M_z = simulate(observer.model, signals, np.asarray(theta).ravel(), geometry).M_z
     M = -M_z
@@ -57,7 +57,7 @@ def reference_samples(observer: FunctionObserver) -> Array:
     return samples
 
 
-def simulated_friction(observer: FunctionObserver) -> float:
+def reference_sample_friction(observer: FunctionObserver) -> float:
     """The friction coefficient of the samples, a little above that of the prior."""
     return 1.2 * observer.prior.mu
 

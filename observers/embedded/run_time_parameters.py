@@ -26,7 +26,7 @@ from observers.tuning import (
     POSITIVE,
     TUNING_FIELDS,
     TUNING_UNITS,
-    meanings,
+    field_meanings,
 )
 from symbolic import RIG_RANGES, InvalidInputError, parameter_name
 
@@ -66,7 +66,7 @@ class RunTimeParameter:
     is_finite: bool = True  # Infinity is not allowed.
     inverse: bool = False  # One over it stands there.
 
-    def condition(self, real: Real) -> str:
+    def c_range_condition(self, real: Real) -> str:
         """C that is true where the field of `at` is in range, and false for NAN."""
         name, parts = f"at->{self.field}", []
         if isfinite(self.lower):
@@ -101,10 +101,10 @@ def run_time_parameters(observer: FunctionObserver, tunable: Tunable) -> tuple[R
             "parameters at run time are those of an Ekf or an Mhe, got"
             f" {type(observer).__name__}; generate its code without them"
         )
-    tuning = tuple(_of_tuning(observer))
+    tuning = tuple(_tuning_parameters(observer))
     if tunable != "all":
         return tuning
-    found = (*_of_model(observer), *_of_rig(observer), *tuning)
+    found = (*_model_parameters(observer), *_rig_parameters(observer), *tuning)
     names = Counter(parameter.field for parameter in found)
     if bad := [name for name, count in names.items() if count > 1 or not name.isascii()]:
         raise InvalidInputError(
@@ -114,7 +114,7 @@ def run_time_parameters(observer: FunctionObserver, tunable: Tunable) -> tuple[R
     return found
 
 
-def _of_model(observer: ModelObserver) -> Iterator[RunTimeParameter]:
+def _model_parameters(observer: ModelObserver) -> Iterator[RunTimeParameter]:
     """K and the parameters of effects; mu is that of the tuning."""
     for place, (effect, parameter) in enumerate(observer.model.parameters):
         if (name := parameter_name(effect, parameter)) != "mu":
@@ -127,7 +127,7 @@ def _of_model(observer: ModelObserver) -> Iterator[RunTimeParameter]:
             )  # fmt: skip
 
 
-def _of_rig(observer: ModelObserver) -> Iterator[RunTimeParameter]:
+def _rig_parameters(observer: ModelObserver) -> Iterator[RunTimeParameter]:
     begin = len(observer.model.parameters)
     for place, (name, unit) in enumerate(zip(RIG, RIG_UNITS, strict=True), start=begin):
         if (value := getattr(observer.rig, name)) is not None:
@@ -138,8 +138,8 @@ def _of_rig(observer: ModelObserver) -> Iterator[RunTimeParameter]:
             )  # fmt: skip
 
 
-def _of_tuning(observer: ModelObserver) -> Iterator[RunTimeParameter]:
-    meaning = meanings()
+def _tuning_parameters(observer: ModelObserver) -> Iterator[RunTimeParameter]:
+    meaning = field_meanings()
     for place, name in enumerate(TUNING_FIELDS, start=len(observer.model.parameters) + len(RIG)):
         positive = name in (*POSITIVE, "mu", "greatest")
         yield RunTimeParameter(
@@ -151,7 +151,7 @@ def _of_tuning(observer: ModelObserver) -> Iterator[RunTimeParameter]:
         )  # fmt: skip
 
 
-def calibration_placeholders(parameters: Sequence[RunTimeParameter], real: Real) -> dict[str, Any]:
+def a2l_placeholders(parameters: Sequence[RunTimeParameter], real: Real) -> dict[str, Any]:
     """Values of the placeholders of `templates/parameters.a2l`."""
     most, numbers = real.greatest, [name for name in OUTPUT if name != "status"]
     measured = [
@@ -162,7 +162,7 @@ def calibration_placeholders(parameters: Sequence[RunTimeParameter], real: Real)
     begin = len(numbers) * real.size
     measured += [(n, "SLONG", "1", 0, flags[n], begin + 4 * i) for i, n in enumerate(flags)]
     ranges = [
-        (p.field, f"{p.about}: {p.range}", p.unit, _least(p, real), max(min(p.upper, most), -most))
+        (p.field, f"{p.about}: {p.range}", p.unit, _lower_limit(p, real), max(min(p.upper, most), -most))
         for p in parameters
     ]
     units = list(dict.fromkeys([*(one[2] for one in ranges), *(one[2] for one in measured)]))
@@ -170,7 +170,7 @@ def calibration_placeholders(parameters: Sequence[RunTimeParameter], real: Real)
             "a2l_real": A2L_TYPES[real]}  # fmt: skip
 
 
-def _least(parameter: RunTimeParameter, real: Real) -> float:
+def _lower_limit(parameter: RunTimeParameter, real: Real) -> float:
     """The least value that is allowed, which a calibration tool may offer."""
     if parameter.is_open and parameter.lower == 0:
         return float(np.finfo(real.dtype).tiny)
@@ -192,9 +192,9 @@ def parameter_placeholders(
                 "literal": real.literal(p.value),
                 "start": repr(p.value).replace("inf", "INF"),
                 "fmi_unit": p.unit.replace(" ", "."),
-                "least": repr(_least(p, real)) if isfinite(p.lower) else "",
+                "least": repr(_lower_limit(p, real)) if isfinite(p.lower) else "",
                 "most": repr(float(p.upper)) if isfinite(p.upper) else "",
-                "condition": p.condition(real),
+                "condition": p.c_range_condition(real),
                 "range": p.range,
             }
             for p in parameters
@@ -205,7 +205,7 @@ def parameter_placeholders(
             for name, condition in RELATIONS
             if name in place
         ],
-        **calibration_placeholders(parameters, real),
+        **a2l_placeholders(parameters, real),
         "constants": [
             (i, real.literal(value))
             for i, value in enumerate(observer.constants)

@@ -85,7 +85,7 @@ def expand_with_constants(
     names = [n for n in function.name_in() if n not in numbers]
     symbols = {n: ca.SX.sym(n, *function.size_in(n)) for n in names}
     epsilon = ca.SX.sym("epsilon")
-    given = {n: _with_infinity(values, epsilon) for n, values in numbers.items()} | symbols
+    given = {n: _replace_infinity_by_epsilon(values, epsilon) for n, values in numbers.items()} | symbols
     outputs = function.expand().call([given[n] for n in function.name_in()])
     flat = ca.substitute(outputs, [epsilon], [ca.SX(0)])
     inputs = symbols if last is None else symbols | {"constants": last}
@@ -106,20 +106,20 @@ class ConstantSubstitution:
     # Places in the observer's theta that the Functions take; None for all.
     theta: Sequence[int] | None = None
 
-    def fill(self, name: str, function: ca.Function) -> ca.Function:
+    def substitute_constants(self, name: str, function: ca.Function) -> ca.Function:
         """A Function of scalars without the inputs `constants`, `theta`, `rig`, `tuning`.
 
         Where something is taken at run time, the last input is the vector of all constants, used or not.
         """
-        parts, last = self._parts()
+        parts, last = self._constants_by_input()
         used = {given: parts[given] for given in function.name_in() if given in parts}
         return expand_with_constants(name, function, used, last=last)
 
-    def _parts(self) -> tuple[dict[str, list[Any]], ca.SX | None]:
+    def _constants_by_input(self) -> tuple[dict[str, list[Any]], ca.SX | None]:
         numbers: list[Any] = self.observer.constants.tolist()
         last = ca.SX.sym("constants", len(numbers)) if self.tunable else None
         values = numbers if last is None else ca.vertsplit(last)
-        rig = len(self.observer.model.coordinates)
+        rig = len(self.observer.model.coordinate_names)
         tuning = rig + len(RIG)
         if self.tunable == "tuning":
             values = [*numbers[:tuning], *values[tuning:]]
@@ -130,11 +130,11 @@ class ConstantSubstitution:
         return parts | {"constants": [*theta, *parts["rig"], *after, *patch]}, last
 
 
-def _with_infinity(values: Iterable[Any], epsilon: ca.SX) -> ca.SX:
+def _replace_infinity_by_epsilon(values: Iterable[Any], epsilon: ca.SX) -> ca.SX:
     return ca.vertcat(*(1 / epsilon if isinstance(v, float) and v == inf else v for v in values))
 
 
-def with_known_exponential(function: ca.Function, exponent: tuple[str, int], known: str) -> ca.Function:
+def with_exponential_input(function: ca.Function, exponent: tuple[str, int], known: str) -> ca.Function:
     """The same Function of scalars, where exp of an element of an input is another input."""
     inputs = [ca.SX.sym(function.name_in(i), *function.size_in(i)) for i in range(function.n_in())]
     outputs = [ca.SX(function.sparsity_out(i)) for i in range(function.n_out())]
@@ -190,18 +190,20 @@ def without_outputs(function: ca.Function, names: Collection[str]) -> ca.Functio
 
 
 def estimator_c(function: ca.Function, real: Real, names: Mapping[str, Sequence[str]]) -> str:
-    """C of a Function of scalars of an estimator; comment and functions as of `with_description`."""
+    """C of a Function of scalars of an estimator, by `add_comment_and_own_exp_log`."""
     outputs = [function.name_out(i) for i in range(function.n_out())]
-    elements = {name: names[_vector_name(name)] for name in outputs if _vector_name(name) in names}
+    elements = {
+        name: names[_base_vector_name(name)] for name in outputs if _base_vector_name(name) in names
+    }
     comments = Comments(elements=elements)
     if function.name() == "filter":
         between = {**BETWEEN, **elements}
         comments = Comments(sections=SECTIONS, elements=between, between=tuple(BETWEEN))
     text = c_function(function.name(), function, real.c_type, VECTORS, comments)
-    return with_description(function, function.name(), text, names)
+    return add_comment_and_own_exp_log(function, function.name(), text, names)
 
 
-def with_description(
+def add_comment_and_own_exp_log(
     function: ca.Function, name: str, text: str, names: Mapping[str, Sequence[str]]
 ) -> str:
     """C of a Function with a comment; exp and log are those of `templates/elementary_functions.c`.
@@ -210,7 +212,7 @@ def with_description(
     """
     sizes = {function.name_in(i): function.numel_in(i) for i in range(function.n_in())}
     sizes |= {function.name_out(i): function.numel_out(i) for i in range(function.n_out())}
-    vectors = {_vector_name(name): size for name, size in sizes.items()}
+    vectors = {_base_vector_name(name): size for name, size in sizes.items()}
     known = [name for name, size in vectors.items() if name in names and len(names[name]) == size]
     legend = "; ".join(f"{vector}: {', '.join(names[vector])}" for vector in known)
     about = [ABOUT.get(name, ""), f"Elements of {legend}." if legend else ""]
@@ -218,12 +220,12 @@ def with_description(
     return comment + re.sub(r"\b(?:natural_)?(log|exp)\(", r"any_\1(", text)
 
 
-def _vector_name(name: str) -> str:
+def _base_vector_name(name: str) -> str:
     """The vector that an output is the next of, the first of, or predicts."""
     return name.removesuffix("_next").removeprefix("first_").removeprefix("predicted_")
 
 
-def with_meanings(text: str) -> str:
+def add_function_comments(text: str) -> str:
     """C of CasADi's with a word on each of its functions that has a name here."""
 
     def add_meaning(line: re.Match[str]) -> str:

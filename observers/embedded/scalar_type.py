@@ -119,7 +119,7 @@ def defined_names(text: str) -> frozenset[str]:
     return frozenset(name for names in found for name in names)
 
 
-def with_prefix(text: str, name: str) -> str:
+def prefix_own_c_names(text: str, name: str) -> str:
     """A file of C whose own names begin with `name`, so that several can be one translation unit.
 
     Names that do so already stay, as do those in comments and strings, behind a dot or an arrow.

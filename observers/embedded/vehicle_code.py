@@ -4,13 +4,13 @@ from pathlib import Path
 
 import casadi as ca
 
-from observers.embedded.generated_files import mark, write_generated
+from observers.embedded.generated_files import file_mark, write_generated
 from observers.embedded.jinja_templates import render
-from observers.embedded.scalar_type import Real, code_in_type, with_prefix
+from observers.embedded.scalar_type import Real, code_in_type, prefix_own_c_names
 from observers.layout import symbols
 from symbolic.casadi_functions import named_function
 from symbolic.compilation.scalar_c import c_function
-from symbolic.vehicle.mean_wheel import wheel_of_rack
+from symbolic.vehicle.mean_wheel import wheel_from_rack
 from symbolic.vehicle.steering import pinion_angle, rack_force, rack_position
 from symbolic.vehicle.vehicle import Vehicle
 
@@ -20,20 +20,20 @@ def generate_vehicle(vehicle: Vehicle, folder: str | Path, real: Real, *, name: 
 
     Folder, type and name are those of that C; the vehicle's `brakes` say whether the wheels are held.
     """
-    written = [c_function(f.name(), f, real.c_type) for f in vehicle_functions(vehicle)]
+    written = [c_function(f.name(), f, real.c_type) for f in rack_and_handwheel_functions(vehicle)]
     if vehicle.rack_by_handwheel:
         written.insert(0, "#include <stdbool.h>\n")
     terms = {
-        "name": name, "NAME": name.upper(), "real": real.c_type, "generated": mark(),
+        "name": name, "NAME": name.upper(), "real": real.c_type, "generated": file_mark(),
         "functions": "\n".join(written), "load": real.literal(vehicle.wheel_load),
         "standstill": real.literal(vehicle.standstill),
         "held": "held by the brakes" if vehicle.brakes else "free to roll about the kingpin",
     }  # fmt: skip
-    text = with_prefix(code_in_type(render("vehicle.h", terms), real), name)
+    text = prefix_own_c_names(code_in_type(render("vehicle.h", terms), real), name)
     return write_generated(folder, {f"{name}_vehicle.h": text})
 
 
-def vehicle_functions(vehicle: Vehicle) -> list[ca.Function]:
+def rack_and_handwheel_functions(vehicle: Vehicle) -> list[ca.Function]:
     """From the rack and from the handwheel.
 
     (rack, force, speed, acceleration) -> (psi, M_z), and (handwheel, T_bar, T_motor) -> (rack, force).
@@ -41,7 +41,7 @@ def vehicle_functions(vehicle: Vehicle) -> list[ca.Function]:
     of_rack = symbols(ca.SX, rack=1, force=1, speed=1, acceleration=1)
     of_handwheel = symbols(ca.SX, handwheel=1, T_bar=1, T_motor=1)
     handwheel, bar, motor = of_handwheel.values()
-    psi, M_z = wheel_of_rack(vehicle, *of_rack.values(), brakes=vehicle.brakes)
+    psi, M_z = wheel_from_rack(vehicle, *of_rack.values(), brakes=vehicle.brakes)
     pinion = pinion_angle(vehicle, handwheel, bar)
     way, force = rack_position(vehicle, handwheel, bar), rack_force(vehicle, bar, motor, pinion)
     return [

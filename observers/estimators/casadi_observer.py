@@ -93,7 +93,7 @@ class CasadiObserver:
         return INFORMED
 
     @property
-    def weaker(self) -> float:
+    def weaker_direction_deficit(self) -> float:
         """Share of mu_eff and M_slide that the weaker direction holds less [1]; 0 if they are alike.
 
         By an `asymmetric_friction` of the model; effects of the user's own do not count.
@@ -103,10 +103,10 @@ class CasadiObserver:
     @property
     def sample_limits(self) -> tuple[float, ...]:
         """Limits of what a sensor may give, in the order of `observers.tuning.PLAUSIBLE`."""
-        return Tuning().limits
+        return Tuning().sensor_limits
 
     @property
-    def is_checked(self) -> bool:
+    def has_unit_and_sign_check(self) -> bool:
         """Whether units and signs of samples are checked, see `quality.wrong_units_or_signs`."""
         return True
 
@@ -114,12 +114,12 @@ class CasadiObserver:
     def screened_step(self) -> ca.Function:
         """`step_function` of plausible samples alone, see `observers.quality.sample_screening`."""
         # Half-length and caster follow the parameters of the model.
-        a_at = len(self.model.parameters) if self.is_checked else None
-        limits = self._limits_at or self.sample_limits
+        a_at = len(self.model.parameters) if self.has_unit_and_sign_check else None
+        limits = self._sample_limits_index or self.sample_limits
         return build_screened_step(self.step_function, self.layout, limits, self.channel, a_at)
 
     @property
-    def _limits_at(self) -> int | None:
+    def _sample_limits_index(self) -> int | None:
         """Index of the first of the limits among the constants; None where they are not among them."""
         return None
 
@@ -173,7 +173,7 @@ class CasadiObserver:
         own = {field.name for field in fields(CasadiObserver)}
         return {f.name: getattr(self, f.name) for f in fields(self) if f.name not in own}
 
-    def prepare(self) -> None:
+    def precompile(self) -> None:
         """Build and compile now what the first sample would, so that a control loop waits for nothing.
 
         A cache keeps what is compiled, in `BRUSHGRIP_CACHE` or the user's cache folder, so that it takes
@@ -195,8 +195,11 @@ class CasadiObserver:
                 f" rad, F_N = {first.F_N} N; wait for one that has"
             )
         state = self.initial_function(np.array(first.numbers), self.constants).full().ravel()
-        checks = (initial_plausibility_state(first.psi), START[: len(START) * self.is_checked])
-        return ObserverState(np.concatenate([state, *checks]), self._parts)
+        checks = (
+            initial_plausibility_state(first.psi),
+            START[: len(START) * self.has_unit_and_sign_check],
+        )
+        return ObserverState(np.concatenate([state, *checks]), self._checked_layout)
 
     def step(self, state: ObserverState, sample: Sample) -> ObserverState:
         """The state after one more sample; the state given is not changed.
@@ -204,11 +207,13 @@ class CasadiObserver:
         Raises:
             InvalidInputError: the state is that of another observer, or NaN.
         """
-        return ObserverState(self._step(self._own(state), sample), self._parts)
+        return ObserverState(
+            self._step(self._require_own_state_values(state), sample), self._checked_layout
+        )
 
     def estimate(self, state: ObserverState) -> Estimate:
         """The estimate of a state; errors as of `step`."""
-        output = self._own(state)[self._parts.places["output"][0]]
+        output = self._require_own_state_values(state)[self._checked_layout.places["output"][0]]
         mu, std, predicted, mu_eff, mu_eff_std, M_slide, nis, status = output.tolist()
         if mu != mu or status != status:
             raise InvalidInputError("state has NaN in its output; begin anew with init")
@@ -240,37 +245,41 @@ class CasadiObserver:
     @property
     def _theta_labels(self) -> tuple[str, ...]:
         units = units_of(self.model)
-        names = [c if c in units else f"{c}, as the model counts it" for c in self.model.coordinates]
+        names = [
+            c if c in units else f"{c}, as the model counts it" for c in self.model.coordinate_names
+        ]
         return tuple(f"{name} [{unit}]" for name, unit in zip(names, units.values(), strict=True))
 
     @cached_property
-    def _parts(self) -> Layout:
-        checks = {"screen": SCREEN.size} | ({"evidence": EVIDENCE.size} if self.is_checked else {})
+    def _checked_layout(self) -> Layout:
+        checks = {"screen": SCREEN.size} | (
+            {"evidence": EVIDENCE.size} if self.has_unit_and_sign_check else {}
+        )
         return Layout.of(*self.layout.fields, **checks)
 
-    def _own(self, state: ObserverState) -> Array:
+    def _require_own_state_values(self, state: ObserverState) -> Array:
         """The numbers of a state, where it is one of this observer."""
         if not isinstance(state, ObserverState):
             raise InvalidInputError(
                 f"state must be what init or step returned, got {type(state).__name__}"
             )
-        values, parts = state.values, self._parts
+        values, parts = state.values, self._checked_layout
         if (state.layout is not parts and state.layout != parts) or values.shape != (parts.size,):
             raise InvalidInputError(
                 f"state has {values.size} numbers, this observer's has {parts.size}, or others;"
                 " it belongs to another observer"
             )
-        for at in self._filled:
+        for at in self._nan_free_slices:
             # The quickest test for a NaN.
             if not values[at].dot(values[at]) >= 0:
                 raise InvalidInputError("state has NaN; begin anew with init")
         return values
 
     @cached_property
-    def _filled(self) -> list[slice]:
+    def _nan_free_slices(self) -> list[slice]:
         """Slices of the state that must not hold NaN; adjacent ones are merged."""
         filled: list[slice] = []
-        places = self._parts.places
+        places = self._checked_layout.places
         for at in (places[name][0] for name in ("memory", "x", "factor") if name in places):
             joins = bool(filled) and filled[-1].stop == at.start
             filled.append(slice(filled.pop().start if joins else at.start, at.stop))

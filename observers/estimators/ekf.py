@@ -29,7 +29,7 @@ from observers.patch.update import (
     memory_depends_on_tyre,
     memory_fields,
     reset_retention,
-    retained_memory,
+    scale_memory_sensitivity,
     sensitivity_retention,
     slopes_by_states,
 )
@@ -103,8 +103,8 @@ def build_ekf_step(
     follows_angle = angle_is_state(measurement_model)
     patch = before if follows_angle else _update_patch(sample, memory, predicted)
     P = symbolic_covariance_from_udu(predicted_factor)
-    test = sample.test(before, predicted, P, patch["M_z"], patch["slopes"])
-    correct = _correction(sample, predicted, predicted_factor, test)
+    test = sample.test_innovation(before, predicted, P, patch["M_z"], patch["slopes"])
+    correct = _build_state_correction(sample, predicted, predicted_factor, test)
     x, factor = correct(test["innovation"], test["H"])
     for _ in range(0 if measurement_model.is_linear else iterations - 1):
         patch = _update_patch(sample, memory, x)
@@ -118,13 +118,15 @@ def build_ekf_step(
         patch = _update_patch(sample, memory, x)
         M_z = patch["M_z"]
     if memory_depends_on_tyre(model, measurement_model):
-        variance = P[sample.at, sample.at]
-        retention = reset_retention(test["reset"], variance, test["reset"] * sample.change)
+        variance = P[sample.mu_index, sample.mu_index]
+        retention = reset_retention(
+            test["reset"], variance, test["reset"] * sample.ground_change_variance
+        )
         patch = {**patch, "memory_sensitivity": retention * patch["memory_sensitivity"]}
     output = sample.output(x, symbolic_covariance_from_udu(factor), patch["memory"], M_z, test)
     state_next = {
-        **patch, "x": x, "factor": factor, "last": sample.tested(test), "counts": test["counts_next"],
-        "monitor": test["monitor_next"], "output": output,
+        **patch, "x": x, "factor": factor, "last": sample.sample_with_test_result(test),
+        "counts": test["counts_next"], "monitor": test["monitor_next"], "output": output,
     }  # fmt: skip
     between = {
         "predicted_x": predicted, "predicted_factor": predicted_factor, "innovation": test["innovation"],
@@ -145,7 +147,7 @@ def _predict(sample: StepSample, before: Parts) -> tuple[ca.MX, ca.MX, Parts]:
     factor = build_udu_prediction(x.numel())(before["factor"], A, Q)
     P = symbolic_covariance_from_udu(before["factor"])
     retention = sensitivity_retention(measurement_model, P, Q, before["x"], sample.now)
-    return x, factor, retained_memory(model, measurement_model, before, retention)
+    return x, factor, scale_memory_sensitivity(model, measurement_model, before, retention)
 
 
 def _update_patch(sample: StepSample, memory: Parts, x: ca.MX) -> Parts:
@@ -155,13 +157,13 @@ def _update_patch(sample: StepSample, memory: Parts, x: ca.MX) -> Parts:
     return {**patch, "slopes": slopes_by_states(model, patch["slopes"], x)}
 
 
-def _correction(
+def _build_state_correction(
     sample: StepSample, x: ca.MX, factor: ca.MX, test: Parts
 ) -> Callable[[ca.MX, ca.MX], tuple[ca.MX, ca.MX]]:
     """(innovation, H) -> states within their bounds and their factor, from predicted x and factor."""
-    increment = test["reset"] * sample.change
-    factor = add_variance(factor, sample.at, increment)
-    spread = test["H_P_H"] + increment * test["H"][sample.at] ** 2
+    increment = test["reset"] * sample.ground_change_variance
+    factor = add_variance(factor, sample.mu_index, increment)
+    spread = test["H_P_H"] + increment * test["H"][sample.mu_index] ** 2
     weight = test["weight"] * test["accepted"]
     weight = weight * huber_weight(test["innovation"], test["huber_scale"], spread)
 

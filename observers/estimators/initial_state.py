@@ -71,7 +71,7 @@ def build_initial_state(
         # The rows of a window's samples continue those of a cleaned sample.
         rows = layout.places["samples"][1][0]
         parts["samples"] = ca.vertcat(last, ca.DM.zeros(rows - len(CLEAN)))
-    return named_function("start", inputs, {"state": layout.fill(parts)})
+    return named_function("start", inputs, {"state": layout.join_missing_as_zero(parts)})
 
 
 def _values_at_rest(names: tuple[str, ...], first: dict[str, ca.MX]) -> ca.MX:

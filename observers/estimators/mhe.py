@@ -90,7 +90,7 @@ def mhe_layout(model: PatchModel, measurement_model: MeasurementModel, window: i
     """The parts of the estimator's state."""
     n = len(measurement_model.states)
     return Layout.of(
-        *PatchWindow(model=model, measurement_model=measurement_model, window=window).fields,
+        *PatchWindow(model=model, measurement_model=measurement_model, window=window).window_fields,
         samples=(len(ROWS), window), x=(n, window), mean=n, factor=(n, n), P_newest=(n, n),
         counts=len(COUNTS), monitor=len(change_monitor_fields(measurement_model)), output=len(OUTPUT),
     )  # fmt: skip
@@ -135,10 +135,10 @@ def build_mhe_step(
     last = before["samples"][: len(CLEAN), -1]
     sample = StepSample.of(model, measurement_model, inputs, last)
     patch = PatchWindow(model=model, measurement_model=measurement_model, window=window)
-    torques = partial(patch.torques, theta=sample.theta, rig=sample.rig)
+    torques = partial(patch.torques_and_slopes, theta=sample.theta, rig=sample.rig)
     # The oldest sample and the one after it, which in a window of one is the new one.
     oldest = ca.horzcat(before["samples"][:, : min(2, window)], ca.vertcat(sample.now, 1, 0))
-    mean, factor = _arrival(sample, before, oldest, torques(before, before["x"][:, 0]))
+    mean, factor = _update_arrival_cost(sample, before, oldest, torques(before, before["x"][:, 0]))
     torque = torques(patch.newest(before), before["x"][:, -1])
     predicted, P, retention = _predict(sample, before, last, torque)
     append = partial(patch.append, before, retention, sample.now, theta=sample.theta, rig=sample.rig)
@@ -147,14 +147,16 @@ def build_mhe_step(
     history = patch.without_oldest(before) if follows_angle else append(x=predicted)
     x = ca.horzcat(before["x"][:, 1:], predicted)
     M_z, slopes = torques(history, x)
-    test = sample.test(before, predicted, P, M_z[-1], slopes[:, -1])
+    test = sample.test_innovation(before, predicted, P, M_z[-1], slopes[:, -1])
     # A memory that depends on the old friction does not fit samples of the new ground: they stay
     # rejected.
     run = 1 if memory_depends_on_tyre(model, measurement_model) else test["run"]
-    result, at = ca.MX(ca.vertcat(test["accepted"], test["reset"], run)), sample.at
-    samples = ca.horzcat(before["samples"][:, 1:], ca.vertcat(sample.tested(test), 1, 0))
-    samples = _update_acceptance(samples, result, sample.change)
-    increment = arrival_variance_increment(window, test["reset"], run, sample.change)
+    result, at = ca.MX(ca.vertcat(test["accepted"], test["reset"], run)), sample.mu_index
+    samples = ca.horzcat(
+        before["samples"][:, 1:], ca.vertcat(sample.sample_with_test_result(test), 1, 0)
+    )
+    samples = _update_acceptance(samples, result, sample.ground_change_variance)
+    increment = arrival_variance_increment(window, test["reset"], run, sample.ground_change_variance)
     factor = add_variance(factor, at, increment)
     smoother = build_window_smoother(measurement_model, window)
     given = (samples, sample.rig, sample.tuning)
@@ -167,7 +169,7 @@ def build_mhe_step(
     if follows_angle:
         history = append(x=x_newest)
         M_z, _ = torques(patch.newest(history), x_newest)
-    old = reset_retention(test["reset"], before["P_newest"][at, at], sample.change)
+    old = reset_retention(test["reset"], before["P_newest"][at, at], sample.ground_change_variance)
     memory = patch.newest(history)["memory"]
     output = sample.output(x_newest, P, memory, M_z, test, unsettled=unsettled)
     state_next = {
@@ -190,7 +192,7 @@ def _predict(
     return x, P, retention
 
 
-def _arrival(
+def _update_arrival_cost(
     sample: StepSample, before: Parts, samples: ca.MX, torque: tuple[ca.MX, ca.MX]
 ) -> tuple[ca.MX, ca.MX]:
     """Mean and factor of the arrival after the oldest sample, linearised at its smoothed states."""

@@ -1,8 +1,8 @@
 """One sample of a window as casadi Functions: prediction, elimination, substitution, acceptance.
 
 `observers.estimators.mhe` maps them over the window in Python; generated C loops over the same
-Functions, see `observers.embedded.estimators.window`. The linear least-squares problem of the window,
-which is solved along its chain, is to minimise over x_1 ... x_N
+Functions, see `observers.embedded.estimators.compact_mhe`. The linear least-squares problem of the
+window, which is solved along its chain, is to minimise over x_1 ... x_N
 
     |x_1 - mean|^2 / P  +  sum_i w_i (z_i - H_i' x_i)^2  +  sum_i |x_{i+1} - A_i x_i - b_i|^2 / Q_i
 

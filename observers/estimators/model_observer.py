@@ -17,11 +17,11 @@ from observers.patch.patch_protocol import EQUIVALENT
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch
 from observers.quality.acquisition_and_tracking import build_step_with_acquisition, supervision_layout
 from observers.quality.equivalent_patch import equivalent_patch
-from observers.tuning import PLAUSIBLE, TUNING_FIELDS, Tuning, require_whole, tuning_with_tolerances
+from observers.tuning import PLAUSIBLE, TUNING_FIELDS, Tuning, require_counts, tuning_with_tolerances
 from symbolic import InvalidInputError, Model, Rig
 from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO
 from symbolic.effects.base import parameter_name
-from symbolic.elements_in_series import deflection_of
+from symbolic.elements_in_series import series_deflection
 from symbolic.float_array import Array
 
 RIG_UNITS = ("m", "m", "kg m^2", "N m s/rad", "rad/s", "N m", "N m", "N m")
@@ -63,14 +63,16 @@ class ModelObserver(CasadiObserver):
                 "measurement_model must be AligningTorque(...), SteeringTorque(...) or another"
                 f" observers.MeasurementModel, with brackets, got {self.measurement_model!r}"
             )
-        if self._by_direction:
+        if self._has_directional_friction:
             object.__setattr__(self, "acquire", False)
-            self._take_the_place_of_a_ratio()
-        if self.model.exact and (self._by_direction or deflection_of(self.model) is not None):
+            self._replace_asymmetry_ratio()
+        if self.model.uses_exact_patch and (
+            self._has_directional_friction or series_deflection(self.model) is not None
+        ):
             object.__setattr__(self, "model", replace(self.model, discretised=True))
         self.model.theta({**self.values, "mu": self.tuning.mu})
         for effect, p in self.model.parameters:
-            if effect is None or not effect.remembers_torque or p.neutral is None:
+            if effect is None or not effect.adds_torque_from_memory or p.neutral is None:
                 continue
             if self.values[name := parameter_name(effect, p)] != p.neutral:
                 raise InvalidInputError(
@@ -78,9 +80,9 @@ class ModelObserver(CasadiObserver):
                     f" got {self.values[name]:g}; leave {effect.name} out of the model"
                 )
         self.measurement_model.check(self.rig, self.model)
-        require_whole(window=getattr(self, "window", 1), iterations=getattr(self, "iterations", 1))
+        require_counts(window=getattr(self, "window", 1), iterations=getattr(self, "iterations", 1))
 
-    def _take_the_place_of_a_ratio(self) -> None:
+    def _replace_asymmetry_ratio(self) -> None:
         """Friction by direction replaces that of the model, and changes where the model's did."""
         model = self.measurement_model
         if isinstance(model, DirectionalFriction) and ASYMMETRY_RATIO in self.values:
@@ -88,13 +90,13 @@ class ModelObserver(CasadiObserver):
             object.__setattr__(self, "values", {**self.values, ASYMMETRY_RATIO: 1.0})
 
     @property
-    def _by_direction(self) -> bool:
+    def _has_directional_friction(self) -> bool:
         return OTHER in self.measurement_model.states
 
     @property
-    def is_checked(self) -> bool:
+    def has_unit_and_sign_check(self) -> bool:
         """Whether samples are checked for other units and signs: not where the estimator is alone."""
-        return self.acquire or self._by_direction
+        return self.acquire or self._has_directional_friction
 
     @property
     def estimator_layout(self) -> Layout:
@@ -148,22 +150,22 @@ class ModelObserver(CasadiObserver):
         return self.tuning.informed_below
 
     @property
-    def weaker(self) -> float:
+    def weaker_direction_deficit(self) -> float:
         """Share that the weaker direction holds less [1]; refused where each has friction of its own."""
-        if self._by_direction:
+        if self._has_directional_friction:
             raise InvalidInputError(
                 "no one share: friction has a state for each direction, and mu_eff is that of the one"
                 " that loads the patch"
             )
-        return super().weaker
+        return super().weaker_direction_deficit
 
     @property
     def sample_limits(self) -> tuple[float, ...]:
         """Limits of what a sensor may give, in the order of `observers.tuning.PLAUSIBLE`."""
-        return self.effective_tuning.limits
+        return self.effective_tuning.sensor_limits
 
     @property
-    def _limits_at(self) -> int:
+    def _sample_limits_index(self) -> int:
         return len(self.model.parameters) + len(RIG) + TUNING_FIELDS.index(PLAUSIBLE[0])
 
     @property

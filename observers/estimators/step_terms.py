@@ -80,23 +80,23 @@ class StepSample:
         )  # fmt: skip
 
     @property
-    def at(self) -> int:
+    def mu_index(self) -> int:
         """Index of ln mu in the states."""
         return state_index(self.measurement_model)
 
     @property
-    def change(self) -> Expression:
+    def ground_change_variance(self) -> Expression:
         """The variance that a change of the ground adds to ln mu."""
         return log_mu_variance_between_grounds(named(TUNING_FIELDS, self.tuning))
 
-    def test(self, before: Parts, x: ca.MX, P: ca.MX, M_z: ca.MX, slopes: ca.MX) -> Parts:
+    def test_innovation(self, before: Parts, x: ca.MX, P: ca.MX, M_z: ca.MX, slopes: ca.MX) -> Parts:
         """The outputs of `build_innovation_test` at predicted states x (n,) of covariance P (n, n)."""
         return outputs_of(
             build_innovation_test(self.measurement_model), x, P, M_z, slopes, self.now, before["counts"],
             before["monitor"], self.rig, self.tuning,
         )  # fmt: skip
 
-    def tested(self, test: Parts) -> ca.MX:
+    def sample_with_test_result(self, test: Parts) -> ca.MX:
         """The sample as the step after it needs it, with the outcome of its test where that matters."""
         now = ca.MX(self.now)
         if OTHER in self.measurement_model.states:
@@ -112,7 +112,7 @@ class StepSample:
         predicted M_z [N m], outputs of `build_innovation_test`, and further flags of `Status` in small
         letters.
         """
-        log_mu, tuning, rig = x[self.at], named(TUNING_FIELDS, self.tuning), named(RIG, self.rig)
+        log_mu, tuning, rig = x[self.mu_index], named(TUNING_FIELDS, self.tuning), named(RIG, self.rig)
         mu, F_N = ca.exp(log_mu), self.now[CLEAN.index("F_N")]
         # Dry friction in the bearings cannot be told from that of the ground.
         slide, zero = full_slide_torque(F_N, rig["a"]), ca.MX(0)
@@ -121,7 +121,7 @@ class StepSample:
             # A zero that is no state adds to friction one way and takes from it the other way.
             zero = share_of_full_slide(rig["zero_std"], slide, tuning["zero_std"])
         # Of friction that is stated not to walk no lag is believed.
-        variance = ca.fmax(P[self.at, self.at], (tuning["mu_walk"] > 0) * test["lag"] ** 2)
+        variance = ca.fmax(P[self.mu_index, self.mu_index], (tuning["mu_walk"] > 0) * test["lag"] ** 2)
         std = ca.sqrt(mu**2 * (variance + tuning["mu_floor"] ** 2) + dry**2 + zero**2)
         given = (mu, std, memory, F_N, self.theta, self.rig[: len(GEOMETRY)], rig["slide_rate"])
         effective = outputs_of(build_effective_friction(self.model), *given)

@@ -15,7 +15,7 @@ from observers.measurement.rack_force import RackForce
 from observers.protocol import ESTIMATE, Observer, Sample, Status
 from symbolic import InvalidInputError, Model
 from symbolic.float_array import Array
-from symbolic.vehicle.mean_wheel import rig_of, wheel_of_rack
+from symbolic.vehicle.mean_wheel import rig_of, wheel_from_rack
 from symbolic.vehicle.rack_time_derivatives import RackTimeDerivatives
 from symbolic.vehicle.vehicle import Vehicle
 
@@ -81,7 +81,7 @@ class RackSampler:
         before = -inf if isnan(self._before) else self._before
         if not before < t < inf:
             raise InvalidInputError(f"time must rise from sample to sample, got {t} s after {before} s")
-        psi, M_z = wheel_of_rack(self.vehicle, *self._motion(t, rack, force), brakes=self.brakes)
+        psi, M_z = wheel_from_rack(self.vehicle, *self._motion(t, rack, force), brakes=self.brakes)
         dt, self._before = t - self._before, t
         dt = FIRST_PERIOD if isnan(dt) else dt
         return Sample(psi=float(psi), psi_dot=nan, F_N=self.vehicle.wheel_load, dt=dt, M_z=float(M_z))

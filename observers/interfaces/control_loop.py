@@ -21,14 +21,14 @@ from observers.quality.sample_screening import (
     sample_limits_of,
 )
 from observers.quality.wrong_units_or_signs import suspicions_from_state
-from observers.tuning import NO_LIMIT, require_whole
+from observers.tuning import NO_LIMIT, require_counts
 from symbolic import InvalidInputError
 
 AT_PSI, AT_AGE = (SCREEN.places[name][0].start for name in ("psi", "age"))
 
 
 @cache
-def _screen_within(limits: tuple[float, ...]) -> CompiledStep:
+def _compiled_input_screen(limits: tuple[float, ...]) -> CompiledStep:
     """The check of samples, whose buffers are not pickled with a loop."""
     return CompiledStep(build_input_screen(), np.array(limits))
 
@@ -61,7 +61,7 @@ class Loop:
 
     def __init__(self, observer: Observer, history: int = 50) -> None:
         """Begin without a sample."""
-        require_whole(history=history)
+        require_counts(history=history)
         self.observer = observer
         self.history = history
         self._limits = sample_limits_of(observer)
@@ -134,7 +134,7 @@ class Loop:
         screen = initial_plausibility_state(sample.psi) if starts else before.screen
         passed = sample.psi if abs(sample.psi) < psi_limit else nan
         if screen is not None:
-            screen = _screen_within(self._limits)(screen, sample)
+            screen = _compiled_input_screen(self._limits)(screen, sample)
             passed = screen[AT_PSI] if screen[AT_AGE] == 0 else nan
         if isfinite(passed):
             turn = passed - psi if isfinite(psi) else 0.0

@@ -52,7 +52,7 @@ class FilterpyEkf(ExtendedKalmanFilter):  # type: ignore[misc]
                 " take observers.Ekf"
             )
         self.x = np.array([[math.log(self.tuning.mu)]])
-        self.P = np.array([[self.tuning.log_std**2]])
+        self.P = np.array([[self.tuning.prior_log_mu_std**2]])
         self._rig = rig
         self._initial, self._advance, self._torque = _patch_functions(model, values, rig)
         self._memory: ca.DM | None = None

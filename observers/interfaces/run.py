@@ -42,7 +42,7 @@ def run(
         InvalidInputError: shapes differ, time does not increase, or nothing is known of the torque that
             the observer uses, of the angle or of the load.
     """
-    samples, begins = samples_and_start(observer, t, psi, F_N, M_z, psi_dot, M)
+    samples, begins = samples_and_first_index(observer, t, psi, F_N, M_z, psi_dot, M)
     # The patch is at rest where it is first seen; until then the prior stands.
     prior = observer.estimate(observer.init(first_sample(samples[:, begins:])))
     rows = np.full((len(ESTIMATE), samples.shape[1]), np.nan)
@@ -50,11 +50,11 @@ def run(
         rows[ESTIMATE.index(name), :begins] = getattr(prior, name)
     beyond = beyond_limits(samples[:, :begins], sample_limits_of(observer))
     rows[ESTIMATE.index("status"), :begins] = Status.MISSING + Status.IMPLAUSIBLE * beyond
-    rows[:, begins:] = _estimates(observer, samples[:, begins:], one_by_one)
+    rows[:, begins:] = _estimate_rows(observer, samples[:, begins:], one_by_one)
     return as_estimates(np.asarray(t, dtype=float), rows, psi)
 
 
-def samples_and_start(
+def samples_and_first_index(
     observer: Observer, t: Array, psi: Array, F_N: Array, M_z: Array | None, psi_dot: Array | None,
     M: Array | None,
 ) -> tuple[Array, int]:  # fmt: skip
@@ -63,9 +63,9 @@ def samples_and_start(
     Samples are columns, rows in the order of `SAMPLE`, shape (6, n). Arguments and errors are as of
     `run`.
     """
-    t, psi, F_N = (_numbers(n, c) for n, c in (("t", t), ("psi", psi), ("F_N", F_N)))
+    t, psi, F_N = (_require_float_array(n, c) for n, c in (("t", t), ("psi", psi), ("F_N", F_N)))
     optional = (("M_z", M_z), ("psi_dot", psi_dot), ("M", M))
-    M_z, psi_dot, M = (None if c is None else _numbers(n, c) for n, c in optional)
+    M_z, psi_dot, M = (None if c is None else _require_float_array(n, c) for n, c in optional)
     F_N = np.full(t.shape, F_N) if F_N.ndim == 0 else F_N
     _require_shape_of_t(t, {"psi": psi, "F_N": F_N, "M_z": M_z, "psi_dot": psi_dot, "M": M})
     torque = M if observer.channel == "M" else M_z
@@ -85,7 +85,7 @@ def samples_and_start(
     if psi_dot is None:
         usable = np.where(np.abs(psi) < psi_limit, psi, np.nan)
         usable[begins:] = plausible_angles(samples[:, begins:], limits)
-        samples[1] = _rate(t, usable)
+        samples[1] = _causal_yaw_rate(t, usable)
     return samples, begins
 
 
@@ -105,7 +105,7 @@ def as_estimates(t: Array, rows: Array, psi: Array) -> Estimates:
     )
 
 
-def _numbers(name: str, channel: Array) -> Array:
+def _require_float_array(name: str, channel: Array) -> Array:
     try:
         if np.iscomplexobj(channel):
             raise TypeError
@@ -124,14 +124,14 @@ def _require_shape_of_t(t: Array, channels: Mapping[str, Array | None]) -> None:
         raise InvalidInputError("t must increase from sample to sample, and be finite")
 
 
-def _rate(t: Array, psi: Array) -> Array:
+def _causal_yaw_rate(t: Array, psi: Array) -> Array:
     """The causal rate from the angles that are known, the last one where one is missing."""
     known = np.flatnonzero(np.isfinite(psi))
     rate = causal_rate(t[known], psi[known])
     return rate[np.maximum(np.searchsorted(known, np.arange(t.size), side="right") - 1, 0)]
 
 
-def _estimates(observer: Observer | BatchObserver, samples: Array, one_by_one: bool) -> Array:
+def _estimate_rows(observer: Observer | BatchObserver, samples: Array, one_by_one: bool) -> Array:
     """Rows as in `ESTIMATE`, sample by sample or all at once."""
     whole = None if one_by_one else getattr(observer, "run_samples", None)
     if whole is not None:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from observers.compiled_step import compiled_stretch, first_sample, run_stretches
 from observers.estimates import Estimates
 from observers.estimators.ekf import Ekf
-from observers.interfaces.run import run, samples_and_start
+from observers.interfaces.run import run, samples_and_first_index
 from observers.measurement.linearisation import build_linearised_motion, state_index
 from observers.measurement.measurement_model import RIG
 from observers.protocol import UNINFORMED, Status
@@ -61,7 +61,7 @@ def smooth(
             f"smooth needs an Ekf, on whose stored states it works, got {type(observer).__name__}"
         )
     causal = run(observer, t, psi, F_N, M_z, psi_dot, M=M)
-    samples, begins = samples_and_start(observer, t, psi, F_N, M_z, psi_dot, M)
+    samples, begins = samples_and_first_index(observer, t, psi, F_N, M_z, psi_dot, M)
     used = samples[:, begins:]
     stretch, start = compiled_stretch(observer.screened_step), observer.init(first_sample(used)).values
     states = run_stretches(stretch, start, used, observer.constants, result=0)
@@ -86,8 +86,8 @@ def _smoothed_friction(observer: Ekf, causal: Estimates, states: Array) -> tuple
     """Friction and its relative deviation, (n,), of the states after the last samples, (s, m)."""
     mu, variance, end = causal.mu.copy(), (causal.mu_std / causal.mu) ** 2, 0
     begins, tuning = mu.size - states.shape[1], observer.effective_tuning
-    for first, stop in _grounds(causal.status[begins:]):
-        moved, filtered, smoothed = _smoothed(observer, states[:, first:stop])
+    for first, stop in _tracked_intervals(causal.status[begins:]):
+        moved, filtered, smoothed = _rts_smooth_log_mu(observer, states[:, first:stop])
         at, before = slice(begins + first, begins + stop), slice(end, begins + first)
         mu[at] *= np.exp(moved)
         # What the filter states beside its variance stays: tolerances, and the scale of the torque.
@@ -99,7 +99,7 @@ def _smoothed_friction(observer: Ekf, causal: Estimates, states: Array) -> tuple
     return np.clip(mu, tuning.least, tuning.greatest), np.sqrt(variance)
 
 
-def _grounds(status: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
+def _tracked_intervals(status: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
     """First and one past the last sample of each stretch that the filter tracks on one ground."""
     tracks, continues = (status & int(flag) == 0 for flag in (Status.ACQUIRING, Status.RESET))
     anew = ~tracks | ~continues | np.insert(~tracks[:-1], 0, True)
@@ -108,14 +108,14 @@ def _grounds(status: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
             yield first, stop
 
 
-def _smoothed(observer: Ekf, states: Array) -> tuple[Array, Array, Array]:
+def _rts_smooth_log_mu(observer: Ekf, states: Array) -> tuple[Array, Array, Array]:
     """Change of ln mu, and its variance before and after, (n,), of the filter's states (s, n)."""
     at = state_index(observer.measurement_model)
     x, factors = _part(observer, states, "x").T.copy(), _part(observer, states, "factor").T
     count, n = x.shape
     factors = factors.reshape(count, n, n).transpose(0, 2, 1)
     P = np.array([covariance_of(factor) for factor in factors])
-    predicted, A, Q = _motions(observer, states)
+    predicted, A, Q = _linearised_motions(observer, states)
     mean, filtered = x[:, at].copy(), P[:, at, at].copy()
     for i in range(count - 2, -1, -1):
         P_next = A[i] @ P[i] @ A[i].T + np.diag(Q[i])
@@ -129,11 +129,11 @@ def _smoothed(observer: Ekf, states: Array) -> tuple[Array, Array, Array]:
     return x[:, at] - mean, filtered, np.minimum(P[:, at, at], filtered)
 
 
-def _motions(observer: Ekf, states: Array) -> tuple[Array, Array, Array]:
+def _linearised_motions(observer: Ekf, states: Array) -> tuple[Array, Array, Array]:
     """Predicted states (n - 1, m), derivatives (n - 1, m, m) and variances (n - 1, m), a step each."""
     x, M_z, slopes, last = (_part(observer, states, name) for name in ("x", "M_z", "slopes", "last"))
     n, between = x.shape[0], states.shape[1] - 1
-    at = len(observer.model.coordinates)
+    at = len(observer.model.coordinate_names)
     rig, tuning = observer.constants[at : at + len(RIG)], observer.effective_tuning.vector
     numbers = [ca.repmat(ca.DM(part), 1, between) for part in (rig, tuning)]
     before = [ca.DM(part[:, :-1]) for part in (x, M_z, slopes, last)]

@@ -78,7 +78,7 @@ def tuning_for(
         )  # fmt: skip
     if found is not None and found.error is not None:
         if found.basis is not None and found.basis.explains_nothing:
-            tuning = replace(tuning, error=max(tuning.error, found.error.share))
+            tuning = replace(tuning, error=max(tuning.error, found.error.share_of_torque))
         else:
             tuning = with_model_error(tuning, found.error)
         if by_direction and found.error.friction_walk:
@@ -98,8 +98,8 @@ def with_model_error(tuning: Tuning, error: ModelError) -> Tuning:
     if error.spread == 0:
         return tuning
     lasts = TURNING_RATE * error.correlation_time
-    squares = error.share**2 + UNMEASURED_ERROR**2
-    measured = error.share**2 / squares
+    squares = error.share_of_torque**2 + UNMEASURED_ERROR**2
+    measured = error.share_of_torque**2 / squares
     # An error that lasts for no longer than a sample is the sensor's noise.
     white = min(1.0, max(SENSOR_SHARE, REFERENCE_STEP / error.correlation_time))
     return replace(

@@ -80,7 +80,9 @@ class DirectionalFriction(AligningTorque):
         now, imputed = super().clean(sample, last)
         before, side = last[FOLLOWED], last[SIDE]
         between = now["interval"] < BETWEEN
-        followed, side_next = self._direction(now["psi"], now["M_z"], between, before, side)
+        followed, side_next = self._next_angle_and_direction(
+            now["psi"], now["M_z"], between, before, side
+        )
         exchanged = side_next * side < 0
         # At rest and without a torque nothing tells of a change, and none is assumed.
         turned = ca.fmin(now["interval"], now["travel"] / SLOW_TURN) * is_known(now["M_z"])
@@ -98,13 +100,13 @@ class DirectionalFriction(AligningTorque):
             M_z: aligning torque, NaN where none was measured [N m], shape (n,).
         """
         last, now = ca.SX.sym("last", 2), ca.SX.sym("now", 3)
-        after = ca.vertcat(*self._direction(*ca.vertsplit(now), *ca.vertsplit(last)))
+        after = ca.vertcat(*self._next_angle_and_direction(*ca.vertsplit(now), *ca.vertsplit(last)))
         follow = ca.Function("follow", [last, now], [after]).mapaccum(psi.size)
         since = t - np.maximum.accumulate(np.where(np.isfinite(M_z), t, t[0]))
         path = follow([psi[0], 0.0], np.stack([psi, M_z, since < BETWEEN]))
         return np.array(path[1, :], dtype=float).ravel()
 
-    def _direction(
+    def _next_angle_and_direction(
         self, psi: Expression, M_z: Expression, between: Expression, before: Expression, side: Expression
     ) -> tuple[Expression, Expression]:
         """The angle less play, and the direction, from those before; between torques it waits."""

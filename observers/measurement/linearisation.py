@@ -29,7 +29,7 @@ def slope_states(measurement_model: MeasurementModel) -> tuple[str, ...]:
     return tuple(name for name in ("psi", *TYRE) if name in measurement_model.states)
 
 
-def _selection(measurement_model: MeasurementModel) -> ca.SX:
+def _slope_selection_matrix(measurement_model: MeasurementModel) -> ca.SX:
     """Selection matrix (n, d) from the order of `slope_states` to that of the states."""
     names = slope_states(measurement_model)
     selection = ca.SX.zeros(len(measurement_model.states), len(names))
@@ -78,7 +78,10 @@ def build_linearised_motion(measurement_model: MeasurementModel) -> ca.Function:
         named(TUNING_FIELDS, tuning),
     )  # fmt: skip
     x_next = vector_of(states, after)
-    A = ca.jacobian(x_next, x) + ca.jacobian(x_next, M_z) @ (_selection(measurement_model) @ slopes).T
+    A = (
+        ca.jacobian(x_next, x)
+        + ca.jacobian(x_next, M_z) @ (_slope_selection_matrix(measurement_model) @ slopes).T
+    )
     outputs = {"x_next": x_next, "A": A, "Q": vector_of(states, variance), "b": x_next - A @ x}
     return named_function("motion", inputs, {name: ca.densify(part) for name, part in outputs.items()})
 
@@ -99,7 +102,7 @@ def build_linearised_measurement(measurement_model: MeasurementModel) -> ca.Func
     )  # fmt: skip
     known = is_known(measurement.measured)
     H = ca.jacobian(measurement.expected, x).T
-    H = H + _selection(measurement_model) @ slopes * ca.jacobian(measurement.expected, M_z)
+    H = H + _slope_selection_matrix(measurement_model) @ slopes * ca.jacobian(measurement.expected, M_z)
     outputs = {
         "innovation": ca.if_else(known, measurement.measured - measurement.expected, 0),
         "H": ca.densify(H),

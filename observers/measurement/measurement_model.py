@@ -14,13 +14,13 @@ from observers.layout import Expression, Parts, named
 from observers.measurement.torque_error import (
     NOISE,
     SENSOR,
+    declared_sensor_variance,
     huber_scale_squared,
-    independent_share,
+    independent_sample_share,
     is_known,
     model_error_variance,
-    sensor_noise_variance,
-    sensor_variance,
-    update_noise,
+    relative_sensor_noise_variance,
+    update_sensor_noise_estimate,
 )
 from observers.protocol import SAMPLE
 from observers.tuning import REFERENCE_STEP, STATES, TUNING_FIELDS
@@ -209,7 +209,7 @@ class AligningTorque:
     ) -> tuple[Parts, Expression, Expression, Expression]:
         """The measured torque at the measured angle, its noise as declared or, if more, as seen."""
         values, M_z = named(RIG, rig), sample["M_z"]
-        declared = sensor_variance(values)
+        declared = declared_sensor_variance(values)
         if not self.torque_state:
             return before, sample["psi"], M_z, declared
         slide_torque = full_slide_torque(
@@ -217,7 +217,9 @@ class AligningTorque:
         )
         stated = (named(TUNING_FIELDS, tuning)["noise"] * slide_torque) ** 2
         initial = ca.if_else(is_known(values["noise"]), declared, stated)
-        after = update_noise(before, M_z, sample["dt"], initial, (SENSOR * slide_torque) ** 2)
+        after = update_sensor_noise_estimate(
+            before, M_z, sample["dt"], initial, (SENSOR * slide_torque) ** 2
+        )
         # That of one sample, from that of `REFERENCE_STEP`.
         interval = before["waited"] + sample["dt"]
         seen = after["variance"] * ca.fmax(1, REFERENCE_STEP / interval)
@@ -258,26 +260,29 @@ class AligningTorque:
     ) -> tuple[Parts, Parts]:
         """All states are random walks."""
         del M_z, last
-        return predict_random_walk(x, self._full_slide(now, rig), now["dt"], tuning)
+        return predict_random_walk(x, self._full_slide_torque(now, rig), now["dt"], tuning)
 
     def measurement(
         self, x: Parts, M_z: Expression, now: Parts, rig: Parts, tuning: Parts
     ) -> Measurement:
         """The aligning torque with the zero of its channel [N m]."""
-        return self._measured_torque(M_z + x.get("M_0", 0), x, now, rig, tuning)
+        return self._torque_measurement(M_z + x.get("M_0", 0), x, now, rig, tuning)
 
-    def _full_slide(self, now: Parts, rig: Parts) -> Expression:
+    def _full_slide_torque(self, now: Parts, rig: Parts) -> Expression:
         """Torque of full slide at mu = 1 [N m]."""
         return full_slide_torque(now["F_N"], rig["a"])
 
-    def _measured_torque(
+    def _torque_measurement(
         self, expected: Expression, x: Parts, now: Parts, rig: Parts, tuning: Parts,
         unsure: Expression = 0,
     ) -> Measurement:  # fmt: skip
         """The measurement of a torque; unsure is a deviation of what is expected that lasts [N m]."""
-        slide_torque, dt = self._full_slide(now, rig), ca.fmin(now["interval"], MAX_WEIGHTED_STEP)
-        independent = independent_share(now["travel"], tuning["error_travel"])
-        noise, error = sensor_noise_variance(rig, tuning, slide_torque), model_error_variance(x, tuning)
+        slide_torque, dt = self._full_slide_torque(now, rig), ca.fmin(now["interval"], MAX_WEIGHTED_STEP)
+        independent = independent_sample_share(now["travel"], tuning["error_travel"])
+        noise, error = (
+            relative_sensor_noise_variance(rig, tuning, slide_torque),
+            model_error_variance(x, tuning),
+        )
         lasting = error + (unsure / slide_torque) ** 2
         variance = lasting * dt + REFERENCE_STEP * noise * independent
         return Measurement(

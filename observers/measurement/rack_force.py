@@ -20,7 +20,7 @@ from observers.layout import Expression, Parts
 from observers.measurement.measurement_model import AligningTorque, Measurement, Moments, select_states
 from observers.measurement.torque_error import is_known
 from symbolic import full_slide_arm
-from symbolic.vehicle.contact_about_kingpin import growth_to_full_lock
+from symbolic.vehicle.contact_about_kingpin import contact_growth_at_full_lock
 from symbolic.vehicle.mean_wheel import lever_growth_at_lock
 from symbolic.vehicle.steering import jacking_torque, lock_angle
 from symbolic.vehicle.vehicle import STD_PER_TOLERANCE, Vehicle
@@ -96,7 +96,7 @@ class RackForce(AligningTorque):
             error=vehicle.steering_arm / 2 * vehicle.force_error,
             jacking=share * abs(float(jacking_torque(vehicle, lock))) / sin(lock),
             damping=STD_PER_TOLERANCE * vehicle.tolerances.damping * vehicle.damping,
-            growth=GROWTH * abs(growth_to_full_lock(vehicle, brakes=held).torque),
+            growth=GROWTH * abs(contact_growth_at_full_lock(vehicle, brakes=held).torque),
             inverse_lever_growth=lever_growth_at_lock(vehicle, brakes=held) / lock**2,
             **chosen,
         )
@@ -146,8 +146,8 @@ class RackForce(AligningTorque):
     ) -> Measurement:
         """The torque of the mean wheel with the gear's and the zero of its channel [N m]."""
         expected = M_z + x.get("M_0", 0) + x.get("gear", 0) * now["dry"]
-        return self._measured_torque(expected, x, now, rig, tuning, now["dry_std"])
+        return self._torque_measurement(expected, x, now, rig, tuning, now["dry_std"])
 
-    def _full_slide(self, now: Parts, rig: Parts) -> Expression:
+    def _full_slide_torque(self, now: Parts, rig: Parts) -> Expression:
         """Torque of full slide at mu = 1 [N m]."""
         return now["F_N"] * full_slide_arm(rig["a"], rig["e"])

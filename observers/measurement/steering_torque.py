@@ -27,11 +27,11 @@ from observers.measurement.measurement_model import (
     select_states,
 )
 from observers.measurement.torque_error import (
-    independent_share,
+    declared_sensor_variance,
+    independent_sample_share,
     is_known,
     model_error_variance,
-    sensor_noise_variance,
-    sensor_variance,
+    relative_sensor_noise_variance,
 )
 from observers.tuning import REFERENCE_STEP, TUNING_FIELDS
 from symbolic import InvalidInputError, Model, Rig, full_slide_torque
@@ -114,7 +114,7 @@ class SteeringTorque:
         M_z = values["J_A"] * acceleration + values["b_t"] * rate - before["M_b"]
         ready = ca.logic_and(closes, before["blocks"] >= 2)
         variance = 6 * (values["J_A"] * noise / (first * second)) ** 2
-        variance += sensor_variance(values) * ca.fmin(1, sample["dt"] / span)
+        variance += declared_sensor_variance(values) * ca.fmin(1, sample["dt"] / span)
         variance += damping_variance(values, rate)
         moved = {
             "psi_a": before["psi_b"], "time_a": before["time_b"], "psi_b": psi, "M_b": M, "time_b": span,
@@ -185,7 +185,7 @@ class SteeringTorque:
         relative = damping_variance(rig, x["psi_dot"]) / slide_torque**2
         lasting = tuning["error_travel"] / ca.fmax(MIN_YAW_RATE, ca.fabs(x["psi_dot"]))
         density = (
-            sensor_noise_variance(rig, tuning, slide_torque) * REFERENCE_STEP
+            relative_sensor_noise_variance(rig, tuning, slide_torque) * REFERENCE_STEP
             + (model_error_variance(x, tuning) + relative) * lasting
         )
         white = density * slide_torque**2 * kick
@@ -207,5 +207,5 @@ class SteeringTorque:
             measured=now["psi"],
             precision=ca.if_else(now["dt"] > 0, 1 / tuning["psi_noise"] ** 2, 0),
             huber_scale=ca.inf,
-            independent=independent_share(travel, tuning["error_travel"]),
+            independent=independent_sample_share(travel, tuning["error_travel"]),
         )

@@ -31,7 +31,7 @@ def is_known(value: Expression) -> Expression:
     return ca.fabs(value) < SENSIBLE
 
 
-def independent_share(travel: Expression, error_travel: Expression) -> Expression:
+def independent_sample_share(travel: Expression, error_travel: Expression) -> Expression:
     """Share of an independent sample of the model's error that a turn [rad] is worth, at most 1."""
     return ca.fmin(1, (travel + MIN_TRAVEL) / (error_travel + MIN_TRAVEL))
 
@@ -41,7 +41,7 @@ def forgetting_factor(share: Expression, memory: float) -> Expression:
     return 1 - share / memory
 
 
-def sensor_noise_variance(rig: Parts, tuning: Parts, slide_torque: Expression) -> Expression:
+def relative_sensor_noise_variance(rig: Parts, tuning: Parts, slide_torque: Expression) -> Expression:
     """Variance of the sensor's white error in 10 ms, divided as in `model_error_variance` [1]."""
     known = is_known(rig["noise"])
     return ca.if_else(
@@ -55,7 +55,7 @@ def share_of_full_slide(value: Expression, slide_torque: Expression, default: Ex
     return ca.if_else(known, ca.if_else(known, value, 0) / slide_torque, default)
 
 
-def sensor_variance(rig: Parts) -> Expression:
+def declared_sensor_variance(rig: Parts) -> Expression:
     """Variance of the sensor's noise that the rig declares, 0 where it declares none [N^2 m^2]."""
     return ca.if_else(is_known(rig["noise"]), rig["noise"] ** 2, 0)
 
@@ -65,10 +65,10 @@ def model_error_variance(x: Parts, tuning: Parts) -> Expression:
 
     It is 0 where the tuning states no model error. The error is a share of full slide at the present mu.
     """
-    return ca.if_else(states_model_error(tuning), model_error_std(x, tuning) ** 2, 0)
+    return ca.if_else(has_stated_model_error(tuning), model_error_std(x, tuning) ** 2, 0)
 
 
-def states_model_error(tuning: Parts) -> Expression:
+def has_stated_model_error(tuning: Parts) -> Expression:
     """Whether the tuning states an error of the model beside the noise."""
     return ca.logic_and(tuning["error_travel"] > 0, tuning["error"] < SENSIBLE)
 
@@ -99,7 +99,7 @@ JITTER = 0.99
 """Share of `REFERENCE_STEP` that fills a block [1]."""
 
 
-def update_noise(
+def update_sensor_noise_estimate(
     before: Parts, M_z: Expression, dt: Expression, initial_variance: Expression,
     min_variance: Expression,
 ) -> Parts:  # fmt: skip

@@ -19,7 +19,7 @@ from observers.patch.update import (
     build_patch_torque,
     estimated_tyre_parameters,
     memory_fields,
-    retained_memory,
+    scale_memory_sensitivity,
     slopes_by_states,
 )
 from symbolic import GEOMETRY, SIGNALS
@@ -34,24 +34,24 @@ class PatchWindow:
     window: int
 
     @property
-    def blocks(self) -> tuple[tuple[str, int, int], ...]:
+    def sample_fields(self) -> tuple[tuple[str, int, int], ...]:
         """Names, rows and columns of the parts of one sample; `angle_slope` is psi and dM_z/dpsi."""
         angle = [("angle_slope", 2, 1) for name in slope_states(self.measurement_model) if name == "psi"]
         memory = memory_fields(self.model, self.measurement_model)
         return (*memory, ("patch_signals", len(SIGNALS), 1), *angle)
 
     @property
-    def fields(self) -> tuple[tuple[str, int, int], ...]:
+    def window_fields(self) -> tuple[tuple[str, int, int], ...]:
         """Names and shapes of the parts of all samples."""
-        return tuple((name, rows, columns * self.window) for name, rows, columns in self.blocks)
+        return tuple((name, rows, columns * self.window) for name, rows, columns in self.sample_fields)
 
     def newest(self, parts: Parts) -> dict[str, ca.MX]:
         """The parts of the newest sample."""
-        return {name: parts[name][:, -columns:] for name, _, columns in self.blocks}
+        return {name: parts[name][:, -columns:] for name, _, columns in self.sample_fields}
 
     def without_oldest(self, parts: Parts) -> dict[str, ca.MX]:
         """The parts of all samples but the oldest."""
-        return {name: parts[name][:, columns:] for name, _, columns in self.blocks}
+        return {name: parts[name][:, columns:] for name, _, columns in self.sample_fields}
 
     def append(
         self, parts: Parts, retention: ca.MX, now: ca.MX, x: ca.MX, theta: ca.MX, rig: ca.MX
@@ -61,13 +61,13 @@ class PatchWindow:
         The patch is updated at the states x (n,); retention is that of `sensitivity_retention`.
         """
         model, measurement_model = self.model, self.measurement_model
-        memory = retained_memory(model, measurement_model, self.newest(parts), retention)
+        memory = scale_memory_sensitivity(model, measurement_model, self.newest(parts), retention)
         added = advance_patch(model, measurement_model, memory, x, now, theta, rig)
         if "psi" in slope_states(measurement_model):
             slope = added["slopes"][slope_states(measurement_model).index("psi")]
             added["angle_slope"] = ca.vertcat(x[state_index(measurement_model, "psi")], slope)
         older = self.without_oldest(parts)
-        return {name: ca.horzcat(older[name], added[name]) for name, *_ in self.blocks}
+        return {name: ca.horzcat(older[name], added[name]) for name, *_ in self.sample_fields}
 
     def scale_newest_sensitivity(self, parts: Parts, retention: ca.MX) -> dict[str, ca.MX]:
         """The parts with the newest memory's sensitivity, if there is one, multiplied by a scalar."""
@@ -78,7 +78,9 @@ class PatchWindow:
         older, newest = parts[name][:, :-columns], parts[name][:, -columns:]
         return {**parts, name: ca.horzcat(older, retention * newest)}
 
-    def torques(self, parts: Parts, x: ca.MX, theta: ca.MX, rig: ca.MX) -> tuple[ca.MX, ca.MX]:
+    def torques_and_slopes(
+        self, parts: Parts, x: ca.MX, theta: ca.MX, rig: ca.MX
+    ) -> tuple[ca.MX, ca.MX]:
         """M_z (1, N) and its slopes (d, N) by the states at x (n, N), of the first N samples stored.
 
         Both are 0 where x has more columns than samples are stored.
@@ -89,7 +91,7 @@ class PatchWindow:
         if count == 0:
             return ca.MX.zeros(1, missing), slopes_missing
         x = x[:, :count]
-        stored = {name: parts[name][:, : columns * count] for name, _, columns in self.blocks}
+        stored = {name: parts[name][:, : columns * count] for name, _, columns in self.sample_fields}
         angle_slope = stored.pop("angle_slope", None)
         constant = (ca.repmat(vector, 1, count) for vector in (theta, rig[: len(GEOMETRY)]))
         torques = build_patch_torque(self.model, self.measurement_model).map(count)

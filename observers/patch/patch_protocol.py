@@ -30,7 +30,7 @@ class PatchModel(Hashable, Protocol):
         """Length of the memory, m."""
 
     @property
-    def coordinates(self) -> tuple[str, ...]:
+    def coordinate_names(self) -> tuple[str, ...]:
         """Names of the parameters theta, `mu` and `k` among them."""
 
     @property
@@ -59,12 +59,12 @@ EQUIVALENT = ("stiffness", "friction")
 
 def observer_constants_size(model: PatchModel) -> int:
     """Length of the constants of an observer: theta, the rig, the tuning, the equivalent patch."""
-    return len(model.coordinates) + len(RIG) + len(TUNING_FIELDS) + len(EQUIVALENT)
+    return len(model.coordinate_names) + len(RIG) + len(TUNING_FIELDS) + len(EQUIVALENT)
 
 
 def split_theta_rig_tuning(model: PatchModel, constants: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
     """theta, rig and tuning of an observer's constants."""
-    at, end = len(model.coordinates), constants.numel()
+    at, end = len(model.coordinate_names), constants.numel()
     places = [0, at, at + len(RIG), end - len(EQUIVALENT), end]
     theta, rig, tuning, _ = ca.vertsplit(constants, places)
     return theta, rig, tuning
@@ -78,11 +78,11 @@ def build_effective_friction(model: PatchModel) -> ca.Function:
     is that of the full slide. See `symbolic.full_slide`.
     """
     inputs = symbols(
-        ca.MX, mu=1, mu_std=1, memory=model.memory_size, F_N=1, theta=len(model.coordinates),
+        ca.MX, mu=1, mu_std=1, memory=model.memory_size, F_N=1, theta=len(model.coordinate_names),
         geometry=len(GEOMETRY), rate=1,
     )  # fmt: skip
     mu, mu_std, memory, F_N, theta, geometry, rate = inputs.values()
-    at = vector_of(model.coordinates, {**named(model.coordinates, theta), "mu": mu})
+    at = vector_of(model.coordinate_names, {**named(model.coordinate_names, theta), "mu": mu})
     mu_eff, M_slide = model.full_slide.call([memory, F_N, at, geometry, rate], True, False)
     deviation = ca.fabs(ca.jtimes(mu_eff, mu, ca.MX(1))) * mu_std
     outputs = {"mu_eff": mu_eff, "mu_eff_std": deviation, "M_slide": M_slide}

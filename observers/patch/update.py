@@ -59,11 +59,11 @@ def build_linearised_patch_update(model: PatchModel, measurement_model: Measurem
     """
     size, count = model.memory_size, len(tyre_states(measurement_model))
     depends = memory_depends_on_tyre(model, measurement_model)
-    theta = ca.MX.sym("theta", len(model.coordinates))
+    theta = ca.MX.sym("theta", len(model.coordinate_names))
     geometry = ca.MX.sym("geometry", len(GEOMETRY))
     arguments = ca.MX.sym("arguments", size + len(SIGNALS) + count)
     memory, signals, tyre = ca.vertsplit(arguments, [0, size, size + len(SIGNALS), arguments.numel()])
-    at = theta_at(model, measurement_model, theta, tyre)
+    at = theta_with_estimated_tyre(model, measurement_model, theta, tyre)
     memory_next, patch_signals = model.advance.call([memory, signals, at, geometry], True, False)
     M_z = model.torque.call([memory_next, patch_signals, at, geometry], True, False)[0]
     seeds = ca.MX.sym("seeds", size, count) if depends else ca.MX(size, count)
@@ -76,7 +76,7 @@ def build_linearised_patch_update(model: PatchModel, measurement_model: Measurem
     by_memory = [slopes[:size, len(angles) :] for _ in sensitivity]
     results = [memory_next, *by_memory, patch_signals, M_z, slopes[size, :].T]
     flat = ca.Function("flat", [arguments, *sensitivity, theta, geometry], results, {"cse": True})
-    inputs = _symbols(model, measurement_model, signals=len(SIGNALS))
+    inputs = _patch_update_symbols(model, measurement_model, signals=len(SIGNALS))
     fields = {name: inputs[name] for name, *_ in memory_fields(model, measurement_model)}
     tyre = inputs["tyre"]
     memory_next, *sensitivity, patch_signals, M_z, slopes = flat.call(
@@ -92,7 +92,7 @@ def build_linearised_patch_update(model: PatchModel, measurement_model: Measurem
     return named_function("patch_update", inputs, outputs)
 
 
-def retained_memory(
+def scale_memory_sensitivity(
     model: PatchModel, measurement_model: MeasurementModel, parts: Parts, retention: ca.MX
 ) -> dict[str, ca.MX]:
     """The fields of the memory among parts; of its sensitivity the share of `sensitivity_retention`."""
@@ -115,10 +115,12 @@ def advance_patch(
     return {name.removesuffix("_next"): result for name, result in results.items()}
 
 
-def _symbols(model: PatchModel, measurement_model: MeasurementModel, **own: int) -> dict[str, ca.MX]:
+def _patch_update_symbols(
+    model: PatchModel, measurement_model: MeasurementModel, **own: int
+) -> dict[str, ca.MX]:
     """Symbols for the fields of the memory, others of a size, the tyre, theta and the geometry."""
     fields = {name: (rows, cols) for name, rows, cols in memory_fields(model, measurement_model)}
-    sizes = {"tyre": len(tyre_states(measurement_model)), "theta": len(model.coordinates)}
+    sizes = {"tyre": len(tyre_states(measurement_model)), "theta": len(model.coordinate_names)}
     return symbols(ca.MX, **fields, **own, **sizes, geometry=len(GEOMETRY))
 
 
@@ -128,10 +130,10 @@ def build_patch_torque(model: PatchModel, measurement_model: MeasurementModel) -
 
     slopes (t,) are by the tyre alone.
     """
-    inputs = _symbols(model, measurement_model, patch_signals=len(SIGNALS))
+    inputs = _patch_update_symbols(model, measurement_model, patch_signals=len(SIGNALS))
     fields = {name: inputs[name] for name, *_ in memory_fields(model, measurement_model)}
     tyre = inputs["tyre"]
-    at = theta_at(model, measurement_model, inputs["theta"], tyre)
+    at = theta_with_estimated_tyre(model, measurement_model, inputs["theta"], tyre)
     given = [memory_at(fields, tyre), inputs["patch_signals"], at, inputs["geometry"]]
     M_z = model.torque.call(given, True, False)[0]
     outputs = {"M_z": M_z, "slopes": ca.densify(ca.jacobian(M_z, tyre).T)}
@@ -181,15 +183,15 @@ def reset_retention(reset: ca.MX, variance: ca.MX, increment: ca.MX) -> ca.MX:
     return retention
 
 
-def theta_at(
+def theta_with_estimated_tyre(
     model: PatchModel, measurement_model: MeasurementModel, theta: ca.MX, tyre: ca.MX
 ) -> Expression:
     """The parameters theta with mu, and k where it is a state, replaced by those of `tyre` (t,)."""
-    rows, values = named(model.coordinates, theta), named(tyre_states(measurement_model), tyre)
+    rows, values = named(model.coordinate_names, theta), named(tyre_states(measurement_model), tyre)
     rows["mu"] = values["log_mu"]
     if "stiffness" in values:
         rows["k"] = rows["k"] * values["stiffness"]
-    return vector_of(model.coordinates, rows)
+    return vector_of(model.coordinate_names, rows)
 
 
 def estimated_tyre_parameters(measurement_model: MeasurementModel, x: ca.MX) -> ca.MX:

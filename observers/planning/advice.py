@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import exp, hypot, log
 
 from observers.estimators.model_observer import ModelObserver
-from observers.planning.forecast import irreducible_mu_std, percent_beside
+from observers.planning.forecast import irreducible_mu_std, percent_text_beside_target
 from observers.planning.plan import Plan
 from observers.planning.steering_path import SteeringLimits
 from observers.protocol import Estimate, Status
@@ -44,7 +44,7 @@ class Advice:
     estimate: Estimate
 
 
-def irreducible_reason(
+def irreducible_reason_text(
     observer: ModelObserver, target: float, estimate: Estimate, F_N: float, greatest: float,
     excess: float,
 ) -> str:  # fmt: skip
@@ -64,7 +64,7 @@ def irreducible_reason(
     if not floor >= target:
         return ""
     cause = max(causes, key=lambda name: causes[name])
-    remains = f"{percent_beside(floor, target)} remains, most of it by {cause}"
+    remains = f"{percent_text_beside_target(floor, target)} remains, most of it by {cause}"
     above = "ask for well above that"
     if declared >= target:
         ground = "" if is_vague else f" on mu = {mu:.2g}"
@@ -76,7 +76,7 @@ def irreducible_reason(
     )
 
 
-def time_over_reason(
+def time_limit_reason_text(
     plan: Plan, estimate: Estimate, limits: SteeringLimits, farthest: float, held: str
 ) -> str:
     """What kept the target out of reach in the time, and what would do.
@@ -84,13 +84,15 @@ def time_over_reason(
     farthest is the greatest angle from the first one [rad], held what the torque's limit has left of it.
     """
     deviation = estimate.mu_std / estimate.mu
-    over = f"the time of {limits.time:g} s is over at {percent_beside(deviation, plan.target)}"
+    over = (
+        f"the time of {limits.time:g} s is over at {percent_text_beside_target(deviation, plan.target)}"
+    )
     if deviation <= plan.target:
         lacks = "but moved by more than that lately" if estimate.usable else "but not usable"
         over = f"{over}, within {plan.target:.1%} {lacks}"
     # A flag of the sensors goes first; that friction is being acquired is said better by the limits.
     is_flagged = estimate.status & ~(Status.ACQUIRING | Status.BOUND)
-    told = [over, estimate.remedy if is_flagged else "", held, foreseen_reason(plan, estimate)]
+    told = [over, estimate.remedy if is_flagged else "", held, planned_failure_text(plan, estimate)]
     if not any(told[1:]):
         is_at_limit = farthest >= AT_LIMIT * limits.angle
         told += [
@@ -101,7 +103,7 @@ def time_over_reason(
     return "; ".join(filter(None, told))
 
 
-def foreseen_reason(plan: Plan, estimate: Estimate) -> str:
+def planned_failure_text(plan: Plan, estimate: Estimate) -> str:
     """What a plan said of the nearest likely friction that it does not reach; empty for none."""
     unreached = [mu for mu, at in zip(plan.mus, plan.reached, strict=True) if at is None]
     mu = estimate.mu_eff if estimate.mu_eff > 0 else estimate.mu

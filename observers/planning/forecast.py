@@ -26,7 +26,7 @@ from observers.measurement.measurement_model import AligningTorque
 from observers.planning.steering_path import SteeringPath
 from observers.protocol import OUTPUT, SAMPLE, Sample
 from observers.quality.acquisition import OWN
-from observers.tuning import REFERENCE_STEP, friction_floor
+from observers.tuning import REFERENCE_STEP, mu_std_floor_by_cause
 from symbolic import full_slide_torque
 from symbolic.float_array import Array
 
@@ -61,26 +61,28 @@ class Forecast:
     torque: Array  # That which is measured [N m].
     status: NDArray[np.int64]
 
-    def upto(self, end: int) -> "Forecast":
+    def first_samples(self, end: int) -> "Forecast":
         """Its first samples."""
         return Forecast(**{name: values[:end] for name, values in vars(self).items()})
 
-    def reached(self, target: float, most_torque: float = np.inf, first: int = 0) -> int | None:
+    def first_within_target(
+        self, target: float, most_torque: float = np.inf, first: int = 0
+    ) -> int | None:
         """First usable sample, from `first` on, within the target; none after too great a torque."""
-        good = np.flatnonzero(self.deviations(most_torque)[first:] <= target)
+        good = np.flatnonzero(self.usable_deviations(most_torque)[first:] <= target)
         return first + int(good[0]) if good.size else None
 
-    def best(self, most_torque: float = np.inf) -> int | None:
+    def least_deviation_index(self, most_torque: float = np.inf) -> int | None:
         """Sample with the least of these deviations; None where none is usable."""
-        least = self.deviations(most_torque)
+        least = self.usable_deviations(most_torque)
         return int(np.argmin(least)) if np.isfinite(least).any() else None
 
-    def deviations(self, most_torque: float) -> Array:
+    def usable_deviations(self, most_torque: float) -> Array:
         """Deviations, infinite where they are not usable or the torque has been too great."""
-        allowed = np.arange(self.torque.size) < self.allowed(most_torque)
+        allowed = np.arange(self.torque.size) < self.samples_within_torque_limit(most_torque)
         return np.where(self.usable & allowed, self.deviation, np.inf)
 
-    def allowed(self, most_torque: float) -> int:
+    def samples_within_torque_limit(self, most_torque: float) -> int:
         """Number of samples until the torque is too great."""
         return int(np.argmax(np.append(np.abs(self.torque) > most_torque, True)))
 
@@ -140,7 +142,7 @@ class Forecaster:
             )  # fmt: skip
         return cases
 
-    def forecast_along(
+    def growing_forecasts(
         self, path: SteeringPath, case: ForecastCase, F_N: float, noise: Array | None = None
     ) -> Iterator[Forecast]:
         """Forecasts of a case from its first sample, each `SAMPLES_PER_CALL` samples longer.
@@ -149,7 +151,7 @@ class Forecaster:
         """
         samples = np.full((len(SAMPLE), path.psi.size), np.nan)
         samples[0], samples[1], samples[2], samples[3] = path.psi, path.psi_dot, F_N, path.dt
-        inertia = self._inertia(path)
+        inertia = self._inertia_and_damping_torque(path)
         parts: list[Array] = []
         ground, state = case.torque_filter_state, case.state
         for first in range(0, path.psi.size, SAMPLES_PER_CALL):
@@ -164,7 +166,7 @@ class Forecaster:
             given[SAMPLE.index(self.observer.channel)] = torque
             if noise is not None:
                 given[SAMPLE.index(self.observer.channel), :count] += noise[first:end]
-            given[SAMPLE.index("psi_dot"), :count] = path.past_rate[first:end]
+            given[SAMPLE.index("psi_dot"), :count] = path.rate_from_past_angles[first:end]
             states, output = self._step(state, given, self.observer.constants)
             state = states[:, -1].copy()
             parts.append(np.vstack([output, torque])[:, :count])
@@ -179,11 +181,11 @@ class Forecaster:
         None where it is not, with the least deviation up to there, 1 at most.
         """
         deviation = 1.0
-        for forecast in self.forecast_along(path, case, F_N, noise):
-            at = forecast.reached(target, most_torque, first)
+        for forecast in self.growing_forecasts(path, case, F_N, noise):
+            at = forecast.first_within_target(target, most_torque, first)
             if at is not None:
                 return at, float(forecast.deviation[at])
-            deviation = min(1.0, float(forecast.deviations(most_torque).min()))
+            deviation = min(1.0, float(forecast.usable_deviations(most_torque).min()))
             newest = np.abs(forecast.torque[-SAMPLES_PER_CALL:]).max()
             if forecast.mu.size > last or newest > most_torque:
                 break
@@ -191,10 +193,10 @@ class Forecaster:
 
     def forecast_whole(self, path: SteeringPath, case: ForecastCase, F_N: float) -> Forecast:
         """The forecast of a case along the whole path."""
-        *_, last = self.forecast_along(path, case, F_N)
+        *_, last = self.growing_forecasts(path, case, F_N)
         return last
 
-    def _inertia(self, path: SteeringPath) -> Any:
+    def _inertia_and_damping_torque(self, path: SteeringPath) -> Any:
         """Torque of inertia and damping [N m], where the steering torque is measured."""
         rig = self.observer.rig
         if self.observer.channel != "M":
@@ -229,7 +231,7 @@ class NoisyForecaster:
         if quiet:
             self.enough, self.noise = 1, np.zeros((1, samples))
 
-    def reached(
+    def reaching_target(
         self, path: SteeringPath, case: ForecastCase, last: int, *, every: bool = False
     ) -> list[int]:
         """Sorted samples, up to about the `last`, at which runs reach the target.
@@ -247,13 +249,15 @@ class NoisyForecaster:
                 break
         return sorted(reached)
 
-    def reach(self, path: SteeringPath, case: ForecastCase, last: int) -> tuple[int | None, float]:
+    def forecast_until_target(
+        self, path: SteeringPath, case: ForecastCase, last: int
+    ) -> tuple[int | None, float]:
         """First sample at which enough runs have reached the target, and it is met without noise too.
 
         Else None. With it the deviation there; where too few runs reach the target, less than that, the
         less the more do.
         """
-        reached = self.reached(path, case, last)
+        reached = self.reaching_target(path, case, last)
         if len(reached) >= self.enough:
             return self.forecaster.forecast_until_target(
                 path, case, self.F_N, self.target, self.most_torque, last,
@@ -270,7 +274,7 @@ def assumed_noise(observer: ModelObserver, F_N: float) -> float:
 
 def irreducible_mu_std(observer: ModelObserver, mu: float, F_N: float) -> dict[str, float]:
     """Deviations that no steering lowers, by cause, as shares of mu [1]; they add in quadrature."""
-    causes = friction_floor(observer.tuning, observer.rig)
+    causes = mu_std_floor_by_cause(observer.tuning, observer.rig)
     slide = float(full_slide_torque(F_N, observer.rig.a))
     dry = observer.rig.dry_friction
     causes["dry friction"] = (DRY_FRICTION if dry is None else dry / slide) / mu
@@ -280,13 +284,13 @@ def irreducible_mu_std(observer: ModelObserver, mu: float, F_N: float) -> dict[s
     return causes
 
 
-def percent_beside(value: float, target: float) -> str:
+def percent_text_beside_target(value: float, target: float) -> str:
     """A share in per cent, with the digits that tell it from a target."""
     told = (f"{value:.{n}%}" for n in range(1, 5) if f"{value:.{n}%}" != f"{target:.{n}%}")
     return next(told, f"{value:.1%}")
 
 
-def out_of_reach(observer: ModelObserver, target: float, mu: float, F_N: float) -> str:
+def unreachable_target_text(observer: ModelObserver, target: float, mu: float, F_N: float) -> str:
     """Why no steering at all reaches a target at a friction; empty where one may."""
     causes = irreducible_mu_std(observer, mu, F_N)
     floor, cause = hypot(*causes.values()), max(causes, key=lambda name: causes[name])
@@ -295,5 +299,5 @@ def out_of_reach(observer: ModelObserver, target: float, mu: float, F_N: float) 
     return (
         f"{target:.1%} cannot be reached by any steering: {cause} alone"
         f" {'leave' if cause[:10] == 'tolerances' else 'leaves'} {causes[cause]:.1%}, all that no"
-        f" measurement lowers {percent_beside(floor, target)}"
+        f" measurement lowers {percent_text_beside_target(floor, target)}"
     )

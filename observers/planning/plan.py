@@ -26,8 +26,8 @@ from observers.planning.forecast import (
     Forecaster,
     NoisyForecaster,
     irreducible_mu_std,
-    out_of_reach,
-    percent_beside,
+    percent_text_beside_target,
+    unreachable_target_text,
 )
 from observers.planning.plan_request_check import MUS, check_plan_request
 from observers.planning.steering_path import (
@@ -36,9 +36,9 @@ from observers.planning.steering_path import (
     SteeringPath,
     Swing,
     fastest_path,
-    swing_family,
+    swings_within_limits,
 )
-from observers.planning.uncertainty_budget import largest_part
+from observers.planning.uncertainty_budget import largest_uncertainty_part
 from observers.protocol import Status
 from observers.tuning import NO_LIMIT
 from symbolic.float_array import Array
@@ -77,12 +77,12 @@ class Plan:
     reasons: tuple[str, ...]
 
     @property
-    def turns(self) -> Array:
+    def turning_points(self) -> Array:
         """Turning points, and where it ends [rad]."""
         return np.append(self.path.points[: self.path.leg[-1]], self.path.psi[-1])
 
     @property
-    def travels(self) -> Array:
+    def travels_to_target(self) -> Array:
         """Travel until the forecast reaches it on each ground, NaN for never, shape (g,) [rad]."""
         return np.array([np.nan if at is None else self.path.travel[at] for at in self.reached])
 
@@ -126,18 +126,18 @@ def plan(
             steering reaches the target on any ground.
     """
     check_plan_request(observer, target, limits, mus, dt, F_N)
-    search = _Search(
+    search = _PathSearch(
         Forecaster(observer), target, limits, F_N, tuple(mus), objective, over, dt, psi, quiet
     )
     floors = [hypot(*irreducible_mu_std(observer, mu, F_N).values()) for mu in mus]
     coarse = coarse or min(floors) > CLOSE * target
-    for i, swing in enumerate(paths := swing_family(limits, coarse=coarse)):
+    for i, swing in enumerate(paths := swings_within_limits(limits, coarse=coarse)):
         progress("trying paths", i, len(paths))
-        search.attempt(swing)
+        search.try_swing(swing)
     return search.best()
 
 
-class _Search:
+class _PathSearch:
     """Costs of paths, and the best one so far."""
 
     def __init__(
@@ -149,7 +149,7 @@ class _Search:
         self.mus, self.objective, self.over, self.dt, self.psi = mus, objective, over, dt, psi
         self.cases = forecaster.cases_at_rest(mus, psi, F_N, dt)
         self.least, self.found = (np.inf, np.inf), Swing(limits.rate, limits.angle, limits.angle)
-        self.hopeless = {mu: out_of_reach(forecaster.observer, target, mu, F_N) for mu in mus}
+        self.hopeless = {mu: unreachable_target_text(forecaster.observer, target, mu, F_N) for mu in mus}
         # The case that refused the last path comes first; what no steering reaches is not tried.
         self.order = [case for case in self.cases if not self.hopeless[case.mu]]
         self.straight: set[float] = set()
@@ -166,12 +166,12 @@ class _Search:
         rest = REST * (self.objective != "time")
         path = fastest_path(points, rate, rate / RAMP, self.dt, self.limits.time, rest=rest)
         beyond = np.abs(path.psi - self.psi) > self.limits.angle * (1 + 1e-9)
-        return path.upto(max(1, int(np.argmax(beyond)))) if beyond.any() else path
+        return path.first_samples(max(1, int(np.argmax(beyond)))) if beyond.any() else path
 
-    def attempt(self, swing: Swing) -> float:
+    def try_swing(self, swing: Swing) -> float:
         """Forecast a path as long as it may be better than the best one; the least cost so far."""
         path = self.path(swing)
-        along, worst, costs = self.along(path), 0.0, [0.0]
+        along, worst, costs = self.cost_along_path(path), 0.0, [0.0]
         last = min(int(np.searchsorted(along, self.least[0])), along.size - 1)
         if path.leg[last] == 0 and path.psi_dot[last] == swing.rate:
             # Up to there another one was the same.
@@ -179,7 +179,7 @@ class _Search:
                 return self.least[0]
             self.straight.add(swing.rate)
         missed: set[float] = set()
-        for reach in (self._reach, self.noisy.reach):
+        for reach in (self._forecast_until_target, self.noisy.forecast_until_target):
             costs = []
             for case in [case for case in self.order if case.mu not in missed]:
                 bound = self.least[0]
@@ -204,13 +204,15 @@ class _Search:
             self.least, self.found = cost, swing
         return self.least[0]
 
-    def _reach(self, path: SteeringPath, case: ForecastCase, last: int) -> tuple[int | None, float]:
+    def _forecast_until_target(
+        self, path: SteeringPath, case: ForecastCase, last: int
+    ) -> tuple[int | None, float]:
         """`Forecaster.reach` without noise."""
         return self.forecaster.forecast_until_target(
             path, case, self.F_N, self.target, self.limits.torque, last
         )
 
-    def along(self, path: SteeringPath) -> Array:
+    def cost_along_path(self, path: SteeringPath) -> Array:
         """The cost up to each sample."""
         if self.objective == "angle":
             return np.maximum.accumulate(np.abs(path.psi - self.psi))
@@ -220,69 +222,74 @@ class _Search:
         """The plan of the best path, cut soon after the last ground is known, or where it must end."""
         path = self.path(self.found)
         whole = [self.forecaster.forecast_whole(path, case, self.F_N) for case in self.cases]
-        runs = [self.noisy.reached(path, case, path.psi.size, every=True) for case in self.cases]
+        runs = [self.noisy.reaching_target(path, case, path.psi.size, every=True) for case in self.cases]
         enough = self.noisy.enough
         # The sigma/mu that is shown has no noise: it has to be within the target there too.
         reached = [
-            one.reached(self.target, self.limits.torque, of[enough - 1]) if len(of) >= enough else None
+            one.first_within_target(self.target, self.limits.torque, of[enough - 1])
+            if len(of) >= enough
+            else None
             for one, of in zip(whole, runs, strict=True)
         ]
         last = max((at for at in reached if at is not None), default=0)
-        end = min(one.allowed(self.limits.torque) for one in whole)
+        end = min(one.samples_within_torque_limit(self.limits.torque) for one in whole)
         if None not in reached:
             end = min(end, int(np.searchsorted(path.travel, (1 + GOES_ON) * path.travel[last])) + 1)
         end = max(last + 1, end)
         reasons = [
-            f"mu = {mu:.3g}: {self.hopeless[mu] or self.unreached(mu, path, one.upto(end + 1), len(of))}"
+            f"mu = {mu:.3g}: "
+            + (self.hopeless[mu] or self.unreached_text(mu, path, one.first_samples(end + 1), len(of)))
             for mu, one, at, of in zip(self.mus, whole, reached, runs, strict=True)
             if at is None
         ]
         return Plan(
-            path=path.upto(end), target=self.target, mus=self.mus, reached=tuple(reached),
-            forecasts=tuple(one.upto(end) for one in whole), reasons=tuple(reasons),
+            path=path.first_samples(end), target=self.target, mus=self.mus, reached=tuple(reached),
+            forecasts=tuple(one.first_samples(end) for one in whole), reasons=tuple(reasons),
         )  # fmt: skip
 
-    def unreached(self, mu: float, path: SteeringPath, forecast: Forecast, count: int) -> str:
+    def unreached_text(self, mu: float, path: SteeringPath, forecast: Forecast, count: int) -> str:
         """How far the best path comes at a friction, and which limits would have to be wider.
 
         count is that of the runs with noise that reach the target.
         """
-        at = forecast.best(self.limits.torque)
+        at = forecast.least_deviation_index(self.limits.torque)
         known = "never usable on the best path"
         if at is not None:
-            best = percent_beside(float(forecast.deviation[at]), self.target)
+            best = percent_text_beside_target(float(forecast.deviation[at]), self.target)
             known = f"{best} at best, after {path.t[at]:.3g} s"
-            cause, part, floor = largest_part(self.forecaster.observer, path, forecast, self.F_N, at)
+            cause, part, floor = largest_uncertainty_part(
+                self.forecaster.observer, path, forecast, self.F_N, at
+            )
             if forecast.deviation[at] <= self.target:
                 known = known.replace("at best", "without noise", 1)
                 known += f", but within {self.target:.1%} in {count} of {RUNS} runs with noise"
             else:
                 known += f"; its largest part is {cause}, {part:.1%}"
             if floor > CLOSE * self.target:
-                lowest = percent_beside(floor, self.target)
+                lowest = percent_text_beside_target(floor, self.target)
                 return f"{known}; all that no measurement lowers is {lowest}: ask for well above that"
-        allowed = forecast.allowed(self.limits.torque)
+        allowed = forecast.samples_within_torque_limit(self.limits.torque)
         if is_limited := allowed < forecast.torque.size:
             known = f"{known}, beyond the limit of the torque from {path.t[allowed]:.3g} s on"
-        if self.reached_with(mu):
+        if self.is_reached_with_wider_limits(mu):
             return f"{known}; another path reaches it: plan for this friction alone"
         wider = [
             name
             for name in ("angle", "time", "torque")
             if (limit := getattr(self.limits, name)) < NO_LIMIT
-            and self.reached_with(mu, **{name: 2 * limit})
+            and self.is_reached_with_wider_limits(mu, **{name: 2 * limit})
         ]
         if wider:
             return f"{known}; twice the limit of {' or '.join(wider)} would do"
         remedy = "" if is_limited else Status(int(forecast.status[-1])).remedy
         return f"{known}; no limit alone, twice as wide, would do" + f": {remedy}" * bool(remedy)
 
-    def reached_with(self, mu: float, **wider: float) -> bool:
+    def is_reached_with_wider_limits(self, mu: float, **wider: float) -> bool:
         """Whether the target is reached at a friction alone, with some limits wider."""
         limits = replace(self.limits, **wider)
-        wide = _Search(
+        wide = _PathSearch(
             self.forecaster, self.target, limits, self.F_N, (mu,), self.objective, self.over, self.dt,
             self.psi, len(self.noisy.noise) == 1,
         )  # fmt: skip
         # The first path that reaches it will do.
-        return any(wide.attempt(swing) < NEVER for swing in swing_family(limits, coarse=True))
+        return any(wide.try_swing(swing) < NEVER for swing in swings_within_limits(limits, coarse=True))

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from math import inf
 
 from observers.estimators.model_observer import ModelObserver
-from observers.planning.forecast import out_of_reach
-from observers.planning.steering_path import SteeringLimits, swing_family
+from observers.planning.forecast import unreachable_target_text
+from observers.planning.steering_path import SteeringLimits, swings_within_limits
 from observers.tuning import NO_LIMIT
 from symbolic import InvalidInputError
 from symbolic.parameters import FRICTION
@@ -37,8 +37,8 @@ def check_plan_request(
         raise InvalidInputError(f"the load must be greater than 0 N, got {F_N:g}")
     if limits.time < (least := MIN_SAMPLES * dt):
         raise InvalidInputError(f"limit time must be at least {least:g} s, got {limits.time:g}")
-    swing_family(limits, coarse=True)
+    swings_within_limits(limits, coarse=True)
     # A torque's zero and friction count the less the greater the load.
-    hopeless = [out_of_reach(observer, target, mu, inf if F_N is None else F_N) for mu in mus]
+    hopeless = [unreachable_target_text(observer, target, mu, inf if F_N is None else F_N) for mu in mus]
     if all(hopeless):
         raise InvalidInputError(f"mu = {mus[-1]:g}: {hopeless[-1]}: ask for well above that")

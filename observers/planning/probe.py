@@ -24,9 +24,9 @@ from observers.planning.advice import (
     MAX_DEVIATION,
     VAGUE,
     Advice,
-    foreseen_reason,
-    irreducible_reason,
-    time_over_reason,
+    irreducible_reason_text,
+    planned_failure_text,
+    time_limit_reason_text,
 )
 from observers.planning.forecast import ForecastCase, Forecaster
 from observers.planning.plan import NEVER, REST, Plan, plan
@@ -119,9 +119,9 @@ class Probe:
     def reset(self) -> None:
         """Forget all samples."""
         self._start, self._bounds = nan, (nan, nan)
-        self.resume()
+        self.restart_advice()
 
-    def resume(self) -> None:
+    def restart_advice(self) -> None:
         """Advise anew where friction is known no more; the bounds of the angle stay."""
         self._path: SteeringPath | None = None
         self._time = self._travel = self._since = self._farthest = 0.0
@@ -144,10 +144,10 @@ class Probe:
             estimate = self.observer.prior if state is None else self.observer.estimate(state)
             return self._advice(sample.psi, estimate, "")
         estimate = self.observer.estimate(state)
-        reason = self._floor(sample, estimate, state)
+        reason = self._irreducible_reason_text(sample, estimate, state)
         if not reason:
-            reason = self._follow(sample) or self._obstacle(estimate)
-        known = self._known(estimate, state)
+            reason = self._update_progress(sample) or self._stop_reason_text(estimate)
+        known = self._is_target_reached(estimate, state)
         if known or reason:
             self._ended = self._advice(sample.psi, estimate, "" if known else reason, ends=True)
             return self._ended
@@ -156,7 +156,7 @@ class Probe:
             self._replan(sample, self._twin.state if self._twin else state)
         return self._advice(sample.psi, estimate, "", sample.dt)
 
-    def _known(self, estimate: Estimate, state: ObserverState) -> bool:
+    def _is_target_reached(self, estimate: Estimate, state: ObserverState) -> bool:
         """Whether the target is reached, the second time where the first one may not be believed."""
         deviation = estimate.mu_std / estimate.mu
         if state["own"][_ACQUIRING] or deviation > self.target:
@@ -171,7 +171,7 @@ class Probe:
         self._second, self._within = AGAIN * self._travel, (low, high)
         return False
 
-    def _follow(self, sample: Sample) -> str:
+    def _update_progress(self, sample: Sample) -> str:
         """Time, travel and the bounds of the angle after a sample; the first plan at the first one.
 
         Why there is no plan; empty where there is one.
@@ -185,7 +185,7 @@ class Probe:
             self._path = replace(
                 path, begin=sample.psi, psi=path.psi + sample.psi, points=path.points + sample.psi
             )
-            self._left = float(np.nanmax([*self._first.travels, 0.0])) or nan
+            self._left = float(np.nanmax([*self._first.travels_to_target, 0.0])) or nan
             self._counted = sample.psi
             if not isfinite(self._start):
                 self._start = sample.psi
@@ -205,15 +205,15 @@ class Probe:
             self._due = min(self._due, self._since)
         return ""
 
-    def _floor(self, sample: Sample, estimate: Estimate, state: ObserverState) -> str:
+    def _irreducible_reason_text(self, sample: Sample, estimate: Estimate, state: ObserverState) -> str:
         """Why no steering reaches the target; empty where one may."""
         # From the end of the search for the torque's scale on it stays.
         excess = float(state["own"][_EXCESS]) if state["own"][_PHASE] == OVER else 0.0
-        return irreducible_reason(
+        return irreducible_reason_text(
             self.observer, self.target, estimate, sample.F_N, max(self.mus), excess
         )
 
-    def _obstacle(self, estimate: Estimate) -> str:
+    def _stop_reason_text(self, estimate: Estimate) -> str:
         """Why the steering has to end; empty where it may go on."""
         low, high = self._bounds
         held = high - low < 2 * self.limits.angle - MIN_SWING
@@ -221,25 +221,25 @@ class Probe:
         within = f"{within} {low:.3f} to {high:.3f} rad" if held else ""
         assert self._first is not None
         if self._time >= self.limits.time:
-            return time_over_reason(self._first, estimate, self.limits, self._farthest, within)
+            return time_limit_reason_text(self._first, estimate, self.limits, self._farthest, within)
         if high - low >= MIN_SWING:
             return ""
-        return "; ".join(filter(None, (within, foreseen_reason(self._first, estimate))))
+        return "; ".join(filter(None, (within, planned_failure_text(self._first, estimate))))
 
     def _replan(self, sample: Sample, state: ObserverState) -> None:
         """Take the best of the present path and a few changes of it."""
-        present, left = self._present(sample), max(self.limits.time - self._time, self.dt)
-        cases = self._forecaster.cases_at_state(self._likely(state), state)
+        present, left = self._present_path_point(sample), max(self.limits.time - self._time, self.dt)
+        cases = self._forecaster.cases_at_state(self._likely_frictions(state), state)
         best = np.inf
         for kind in (KINDS[0], *islice(self._kinds, CHANGES)):
             path = changed_path(present, kind, self.limits, self.dt, left)
-            cost = self._cost(path, cases, sample.F_N, best)
+            cost = self._mean_travel_to_target(path, cases, sample.F_N, best)
             if cost < best * (1 if kind == KINDS[0] else GAIN):
                 best, self._path = cost, path
         self._since, self._due = 0.0, EVERY
         self._left = max(best, self._second - self._travel) if best < NEVER else nan
 
-    def _present(self, sample: Sample) -> PathPoint:
+    def _present_path_point(self, sample: Sample) -> PathPoint:
         """Where the path is; where the wheel is, if that has left it."""
         path = self._path
         assert path is not None
@@ -251,7 +251,7 @@ class Probe:
         speed = max(0.0, psi_dot * np.sign(points[0] - psi))
         return PathPoint(psi, points, path.rate, speed, self._bounds, self._start)
 
-    def _likely(self, state: ObserverState) -> list[float]:
+    def _likely_frictions(self, state: ObserverState) -> list[float]:
         """Frictions that the observer holds for likely, within the prior."""
         if state["own"][_ACQUIRING]:
             verdict = dict(zip(VERDICT, state["verdict"], strict=True))
@@ -265,7 +265,9 @@ class Probe:
         likely = [min(max(exp(mean + sigma * std), low), high) for sigma in sigmas]
         return list(dict.fromkeys(likely))
 
-    def _cost(self, path: SteeringPath, cases: Sequence[ForecastCase], F_N: float, best: float) -> float:
+    def _mean_travel_to_target(
+        self, path: SteeringPath, cases: Sequence[ForecastCase], F_N: float, best: float
+    ) -> float:
         """Mean travel until the target; stops early, with a value above the best so far."""
         cost, travel = 0.0, path.travel
         for case in cases:

@@ -72,7 +72,7 @@ class SteeringPath:
     leg: NDArray[np.int64]  # Index of the one that is turned to, shape (n,).
     rate: float  # Greatest yaw rate [rad/s].
 
-    def upto(self, end: int) -> "SteeringPath":
+    def first_samples(self, end: int) -> "SteeringPath":
         """Its first samples."""
         return replace(self, psi=self.psi[:end], psi_dot=self.psi_dot[:end], leg=self.leg[:end])
 
@@ -83,7 +83,7 @@ class SteeringPath:
         return travel
 
     @cached_property
-    def past_rate(self) -> Array:
+    def rate_from_past_angles(self) -> Array:
         """Yaw rate that an observer takes from the angle where none is measured [rad/s]."""
         psi: Array = np.concatenate([[self.begin], self.psi])
         t: Array = self.dt * np.arange(psi.size, dtype=np.float64)
@@ -127,13 +127,13 @@ def fastest_path(
     begun, start, v, cruise, ramp, leg = columns[:, np.searchsorted(columns[0, 1:], t, side="right")]
     tau = t - begun
     # A trapezium of the rate: its integral is the difference of two ramps.
-    psi = start + v * (_ramp(tau, ramp) - _ramp(tau - cruise, ramp))
+    psi = start + v * (_ramped_rate_integral(tau, ramp) - _ramped_rate_integral(tau - cruise, ramp))
     psi_dot = v * (np.clip(tau / ramp, 0, 1) - np.clip((tau - cruise) / ramp, 0, 1))
     ends = np.array(points[1:], dtype=float)
     return SteeringPath(points[0], dt, psi, psi_dot, ends, leg.astype(int), rate)
 
 
-def _ramp(tau: Array, duration: Array) -> Array:
+def _ramped_rate_integral(tau: Array, duration: Array) -> Array:
     """Integral of a rate that grows from 0 to 1 in a duration [s]."""
     within = np.clip(tau, 0, duration)
     return within**2 / (2 * duration) + np.maximum(tau - duration, 0)
@@ -204,7 +204,7 @@ class Swing(NamedTuple):
     farthest: float
 
 
-def swing_family(limits: SteeringLimits, *, coarse: bool = False) -> list[Swing]:
+def swings_within_limits(limits: SteeringLimits, *, coarse: bool = False) -> list[Swing]:
     """The paths of the family that begin within limits; refused where none of its rates is.
 
     Narrower limits begin with some of them.

@@ -6,7 +6,7 @@ import numpy as np
 
 from observers.compiled_step import compiled_stretch, first_sample, run_stretches
 from observers.estimators.model_observer import ModelObserver
-from observers.interfaces.run import samples_and_start
+from observers.interfaces.run import samples_and_first_index
 from observers.planning.forecast import Forecast, irreducible_mu_std
 from observers.planning.steering_path import SteeringPath
 from observers.protocol import OUTPUT, SAMPLE
@@ -44,7 +44,7 @@ def uncertainty_budget(
     Raises:
         InvalidInputError: nothing is known at this sample; or as of `observers.run`.
     """
-    samples, begins = samples_and_start(observer, t, psi, F_N, M_z, psi_dot, M)
+    samples, begins = samples_and_first_index(observer, t, psi, F_N, M_z, psi_dot, M)
     if not begins <= at < samples.shape[1]:
         raise InvalidInputError(f"at must be from {begins} to {samples.shape[1] - 1}, got {at}")
     used = samples[:, begins : at + 1]
@@ -64,14 +64,14 @@ def uncertainty_budget(
     return {**budget, REST: sqrt(max(0.0, rest))}
 
 
-def largest_part(
+def largest_uncertainty_part(
     observer: ModelObserver, path: SteeringPath, forecast: Forecast, F_N: float, at: int
 ) -> tuple[str, float, float]:
     """Largest part of a forecast's deviation at a sample, its cause first, and all that stays [1].
 
     What stays is lowered by no steering. The load is in N.
     """
-    path, torque = path.upto(at + 1), {observer.channel: forecast.torque[: at + 1]}
+    path, torque = path.first_samples(at + 1), {observer.channel: forecast.torque[: at + 1]}
     load = np.full(at + 1, F_N)
     budget = uncertainty_budget(observer, at, path.t, path.psi, load, **torque)
     cause = max(budget, key=lambda name: budget[name])

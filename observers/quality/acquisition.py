@@ -24,7 +24,7 @@ from observers.quality.hypotheses_verdict import (
 from observers.quality.hysteresis_branches import (
     START,
     TRACK,
-    build_track_update,
+    build_all_branches_update,
     loads_of_branches,
     relative_mu_sensitivity,
 )
@@ -34,7 +34,7 @@ from observers.quality.mu_over_k_hypotheses import (
     SETTINGS,
     build_hypotheses_update,
     build_torque_error,
-    gear_friction_size,
+    gear_friction_input_sizes,
     search_layout,
 )
 from observers.quality.sample_screening import has_flag
@@ -109,7 +109,7 @@ def build_hypothesis_search_step(gear: bool = False) -> ca.Function:
     """
     inputs = symbols(
         ca.MX, search=search_layout(gear).size, verdict=len(VERDICT), phase=1, beside=1, psi=1, F_N=1,
-        loads=2, M_z=1, added=1, tyre=3, limits=len(SETTINGS), **gear_friction_size(gear),
+        loads=2, M_z=1, added=1, tyre=3, limits=len(SETTINGS), **gear_friction_input_sizes(gear),
     )  # fmt: skip
     search, verdict, phase, beside, psi, F_N, loads, M_z, added, tyre, limits, *dry = inputs.values()
     parts, numbers = search_layout(gear).split(search), named(SETTINGS, limits)
@@ -126,7 +126,7 @@ def build_hypothesis_search_step(gear: bool = False) -> ca.Function:
     rests = ca.logic_and(was["direction"] == 0, away <= START * numbers["psi_noise"])
     at = ca.if_else(rests, was["origin"], at)
     counts = ca.logic_and(ca.logic_and(known, phase == 0), ca.logic_not(uncertain))
-    track, points, turns, share = build_track_update()(
+    track, points, turns, share = build_all_branches_update()(
         parts["track"], parts["points"], at, torque, size, numbers["psi_noise"], counts
     )
     after = named(TRACK, track)
@@ -180,7 +180,9 @@ def build_acquisition_decision(
     # A model that was found knows its k better than the declared patch that stands for it does.
     log_scale = is_scaled * (patch.misfit == 0) * verdict["log_gain"] * spread / (spread + doubtful)
     excess = build_mu_std_from_torque_scale(patch.misfit > 0, measurement_model.gain_share)
-    doubt = update_unexplained(own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"])
+    doubt = update_unexplained_count(
+        own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"]
+    )
     failed = decided * (own["again"] == FAILED)
     after = own | {
         "acquiring": ca.logic_not(decided),
@@ -198,7 +200,7 @@ def build_acquisition_decision(
     means |= {name: verdict[of] / after["scale"] for name, of in (("M_0", "zero"), ("gear", "gear"))}
     covariances = {"log_mu_log_mu": variance, "M_0_M_0": verdict["var_zero"]}
     if gear:
-        covariances |= _covariances_of_gear(verdict, after["scale"], spread, doubtful)
+        covariances |= _gear_handover_covariances(verdict, after["scale"], spread, doubtful)
     results = _acquired_output(after, own, verdict, output, log_mu, variance, limits)
     outputs = {
         "own_next": vector_of(OWN, after),
@@ -208,7 +210,7 @@ def build_acquisition_decision(
     return named_function("conclude", inputs, outputs, cse=True)
 
 
-def _covariances_of_gear(
+def _gear_handover_covariances(
     verdict: Parts, scale: Expression, spread: Expression, doubtful: Expression
 ) -> Parts:
     """Covariances of ln mu, stiffness, M_0 and the gear's friction, torques divided by s."""
@@ -222,7 +224,7 @@ def _covariances_of_gear(
     }
 
 
-def update_unexplained(doubt: Expression, share: Expression, wrong: Expression) -> Expression:
+def update_unexplained_count(doubt: Expression, share: Expression, wrong: Expression) -> Expression:
     """Update the count of unexplained independent samples; explained ones reduce it."""
     more = ca.fmin(MAX_DOUBT, doubt + share)
     return ca.if_else(wrong, more, doubt * forgetting_factor(share, FORGIVING))
@@ -265,7 +267,7 @@ def supervision_symbols(gear: bool) -> dict[str, ca.MX]:
     return symbols(
         ca.MX, search=search_layout(gear).size, verdict=len(VERDICT), own=len(OWN), output=len(OUTPUT),
         psi=1, M_z=1, interval=1, added=1, tyre=3, limits=len(SETTINGS), friction=1,
-        **gear_friction_size(gear),
+        **gear_friction_input_sizes(gear),
     )  # fmt: skip
 
 

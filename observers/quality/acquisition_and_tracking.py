@@ -39,10 +39,10 @@ from observers.quality.acquisition import (
 )
 from observers.quality.acquisition_handover import (
     handover_names,
-    newest_of_sample,
+    insert_acquired_state,
+    newest_sample_values,
     newest_state,
     states_handed_over,
-    take_acquired,
 )
 from observers.quality.equivalent_patch import (
     added_torques,
@@ -93,7 +93,9 @@ def initial_supervision(
 ) -> dict[str, Expression]:
     """The parts of the state at the first sample; zero_std is that of the torque's zero [N m]."""
     gear = has_gear_friction(measurement_model)
-    start = build_hypothesis_search_start(gear)(psi, 1, VAGUE, 0, zero_std, *_spread(measurement_model))
+    start = build_hypothesis_search_start(gear)(
+        psi, 1, VAGUE, 0, zero_std, *_gear_friction_std(measurement_model)
+    )
     search = search_layout(gear).split(ca.MX(start))
     # The first verdict, before any torque counts, is the prior.
     own: dict[str, Expression] = dict.fromkeys(OWN, 0)
@@ -101,7 +103,7 @@ def initial_supervision(
     return {"own": vector_of(OWN, own), **search}
 
 
-def _spread(measurement_model: MeasurementModel) -> tuple[float, ...]:
+def _gear_friction_std(measurement_model: MeasurementModel) -> tuple[float, ...]:
     return (measurement_model.gear_spread,) if has_gear_friction(measurement_model) else ()
 
 
@@ -163,7 +165,7 @@ def build_step_with_acquisition(
     theta, rig, tuning = split_theta_rig_tuning(model, inputs["constants"])
     fields, scaled = named(TUNING_FIELDS, tuning), measurement_model.scaled
     stiffness, friction = ca.vertsplit(inputs["constants"][-len(EQUIVALENT) :])
-    tyre = ca.vertcat(theta[model.coordinates.index("k")] * stiffness, rig[0], rig[1])
+    tyre = ca.vertcat(theta[model.coordinate_names.index("k")] * stiffness, rig[0], rig[1])
     given = ca.vertcat(*(now[n] / own["scale"] if n == scaled else now[n] for n in SAMPLE))
     after, output = step(state[: parts.size], given, inputs["constants"])
     (own["F_N"], _, lifted), names = impute_load(now, own), measurement_model.torque_state
@@ -175,29 +177,31 @@ def build_step_with_acquisition(
     M_z, output[PREDICTED] = M_z - at_torque, output[PREDICTED] - at_sample
     M_z = ca.if_else(lifted, float("nan"), M_z)
     zero_std = _zero_std(own["F_N"], rig, fields)
-    psi = _behind_gaps(model, own, psi, M_z, added + zero_std**2, theta)
-    tyre[1] = _contact(model, own, newest_signals(measurement_model, parts, after), theta, rig)
+    psi = _patch_angle_behind_gaps(model, own, psi, M_z, added + zero_std**2, theta)
+    tyre[1] = _equivalent_half_length(
+        model, own, newest_signals(measurement_model, parts, after), theta, rig
+    )
     reset = has_flag(named(OUTPUT, output)["status"], Status.RESET)
     changed, tracked = ca.logic_or(reset, own["lost"]), own["acquiring"] == 0
     restarts, anew = ca.logic_and(changed, tracked), ca.logic_or(own["lost"], reset * tracked)
-    own["again"] = ca.if_else(restarts, _again(own), own["again"])
+    own["again"] = ca.if_else(restarts, _new_ground_flag(own), own["again"])
     limits = acquisition_settings(fields, patch.misfit, own["again"] > 0)
     searched = search_layout(gear := has_gear_friction(measurement_model))
     was = named(OUTPUT, parts.split(state[: parts.size])["output"])
-    ground = (_told(reset, M_z, gear), was["M_slide"], tyre)
+    ground = (_friction_rise_torque(reset, M_z, gear), was["M_slide"], tyre)
     zero = own["scale"] * newest_state(parts, measurement_model, after, "M_0")
-    known = _known_before(own, before["verdict"], tracked, zero, zero_std, scaled)
-    search = _search_of(anew, searched.join(before), (*ground, *known), measurement_model)
+    known = _search_restart_moments(own, before["verdict"], tracked, zero, zero_std, scaled)
+    search = _restart_search_if(anew, searched.join(before), (*ground, *known), measurement_model)
     own["phase"] = ca.if_else(anew, 0, own["phase"])
     own["doubt"] = ca.if_else(anew, ca.fmin(own["doubt"], AFTERWARDS), own["doubt"])
     own["lost"], own["acquiring"] = ca.MX(0), ca.logic_or(own["acquiring"], changed)
-    search, verdict, own_next, handover, output = _either(measurement_model, patch)(
+    search, verdict, own_next, handover, output = _build_acquire_or_track(measurement_model, patch)(
         own["acquiring"], search, before["verdict"], vector_of(OWN, own), output, psi, M_z,
-        newest_of_sample(parts, after, ("interval",)), added, tyre, limits, friction,
-        *([newest_of_sample(parts, after, DRY)] if gear else []),
+        newest_sample_values(parts, after, ("interval",)), added, tyre, limits, friction,
+        *([newest_sample_values(parts, after, DRY)] if gear else []),
     )  # fmt: skip
     output[PREDICTED] += at_sample
-    handed = take_acquired(parts, measurement_model.states, after, handover)
+    handed = insert_acquired_state(parts, measurement_model.states, after, handover)
     after = ca.if_else(own["acquiring"], handed, after)
     after[parts.places["output"][0]] = output
     state_next = {
@@ -214,7 +218,7 @@ def _zero_std(F_N: Expression, rig: Expression, tuning: Parts) -> Expression:
     return slide * share_of_full_slide(declared, slide, tuning["zero_std"])
 
 
-def _contact(
+def _equivalent_half_length(
     model: Model, own: dict[str, Any], signals: Expression, theta: Expression, rig: Expression
 ) -> Expression:
     """The half-length [m] of `build_equivalent_contact`, whose loads are kept in own."""
@@ -227,7 +231,7 @@ def _contact(
     return half_length
 
 
-def _behind_gaps(
+def _patch_angle_behind_gaps(
     model: Model, own: dict[str, Any], psi: Expression, M_z: Expression, variance: Expression,
     theta: Expression,
 ) -> Expression:  # fmt: skip
@@ -238,34 +242,34 @@ def _behind_gaps(
     return ca.if_else(is_known(psi), own["patch_psi"], float("nan"))
 
 
-def _either(measurement_model: MeasurementModel, patch: EquivalentPatch) -> ca.Function:
+def _build_acquire_or_track(measurement_model: MeasurementModel, patch: EquivalentPatch) -> ca.Function:
     """A sample while friction is acquired or while the estimator tracks, by its first input."""
     acquire = build_acquisition_step(patch, measurement_model)
     return ca.Function.if_else("supervise", acquire, build_tracking_step(patch, measurement_model))
 
 
-def _search_of(
+def _restart_search_if(
     anew: Expression, search: Expression, begun: tuple[Expression, ...],
     measurement_model: MeasurementModel,
 ) -> Any:  # fmt: skip
     """The search; where it begins anew, on this ground, with these moments of s and of the zero."""
-    known = (search, *begun, *_spread(measurement_model))
+    known = (search, *begun, *_gear_friction_std(measurement_model))
     return output_if(
         anew, build_hypothesis_search_restart(has_gear_friction(measurement_model)), known, search
     )
 
 
-def _again(own: Parts) -> Expression:
+def _new_ground_flag(own: Parts) -> Expression:
     """`again` of a new ground: a model that has failed for long is wrong, whatever the ground."""
     return ca.if_else(ca.logic_and(own["confirmed"], own["doubt"] < FAILED_FOR_LONG), 1, FAILED)
 
 
-def _told(reset: Expression, M_z: Expression, gear: bool) -> Expression:
+def _friction_rise_torque(reset: Expression, M_z: Expression, gear: bool) -> Expression:
     """The torque that may tell a rise of friction [N m]; 0 for none, as beside a gear's friction."""
     return ca.if_else(ca.logic_and(reset, is_known(M_z)), M_z, 0) * (not gear)
 
 
-def _known_before(
+def _search_restart_moments(
     own: Parts, verdict: Expression, tracked: Expression, zero: Expression, zero_std: Expression,
     scaled: str,
 ) -> tuple[Expression, ...]:  # fmt: skip

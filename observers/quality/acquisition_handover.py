@@ -61,14 +61,14 @@ def newest_state(
     return state[at.start + rows * (columns - 1) + measurement_model.states.index(name)]
 
 
-def newest_of_sample(parts: Layout, state: Expression, names: tuple[str, ...]) -> Expression:
+def newest_sample_values(parts: Layout, state: Expression, names: tuple[str, ...]) -> Expression:
     """Numbers of the newest sample, cleaned, by their names."""
     at, (rows, columns) = parts.places["samples" if "samples" in parts.places else "last"]
     first = at.start + rows * (columns - 1)
     return ca.vertcat(*(state[first + CLEAN.index(name)] for name in names))
 
 
-def take_acquired(
+def insert_acquired_state(
     parts: Layout, states: tuple[str, ...], state: Expression, handed: Expression
 ) -> Expression:
     """An estimator's state with what was acquired (`states_handed_over`), not correlated with the rest.
@@ -131,7 +131,9 @@ def may_hand_over(
         torque = ca.fabs(output["M_z_predicted"] - zero)
         decided = ca.logic_and(decided, torque > memoryless_share * output["M_slide"])
     # After a change of the ground the estimator's patch remembers the old one until it slides.
-    return ca.logic_and(decided, ca.logic_or(own["again"] != 1, _agrees(own, output, sample)))
+    return ca.logic_and(
+        decided, ca.logic_or(own["again"] != 1, _is_torque_predicted(own, output, sample))
+    )
 
 
 def _is_friction_known(verdict: Parts, unsure: Expression, limits: Parts, gear: bool) -> Expression:
@@ -143,7 +145,7 @@ def _is_friction_known(verdict: Parts, unsure: Expression, limits: Parts, gear: 
     return ca.logic_or(known, ca.logic_and(unsure < most**2, possible))
 
 
-def _agrees(own: Parts, output: Parts, sample: Parts) -> Expression:
+def _is_torque_predicted(own: Parts, output: Parts, sample: Parts) -> Expression:
     """Whether the estimator predicts the torque, if one is known."""
     slide, predicted = (output[name] * own["scale"] for name in ("M_slide", "M_z_predicted"))
     off = ca.if_else(is_known(sample["M_z"]), sample["M_z"] - predicted, 0)

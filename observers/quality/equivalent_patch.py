@@ -19,7 +19,7 @@ from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.measurement.torque_error import is_known
 from observers.patch.update import signals_with_states
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch, build_hypothesis_search_step
-from observers.quality.acquisition_handover import newest_of_sample, newest_state
+from observers.quality.acquisition_handover import newest_sample_values, newest_state
 from observers.quality.hypotheses_verdict import VERDICT
 from observers.quality.mu_over_k_hypotheses import RATIOS, SETTINGS, VAGUE, build_hypothesis_search_start
 from observers.tuning import Tuning
@@ -27,9 +27,9 @@ from symbolic import GEOMETRY, SIGNALS, InvalidInputError, Model, Rig, full_slid
 from symbolic.bristle_patch import BristlePatch
 from symbolic.casadi_functions import named_function
 from symbolic.effects.base import Effect, Signals
-from symbolic.elements_in_series import deflection_of
-from symbolic.full_slide import factor_and_torque
-from symbolic.model import add_torques
+from symbolic.elements_in_series import series_deflection
+from symbolic.full_slide import friction_factor_and_torque
+from symbolic.model import add_effect_torques
 from symbolic.patch_interface import patch_inputs
 
 TURN, RATE, PERIOD = 0.3, 0.2, 0.01
@@ -58,7 +58,7 @@ def equivalent_patch(model: Model, values: Mapping[str, float], rig: Rig) -> Equ
     """The declared patch that comes closest to a model; the declared model is its own."""
     if not model.effects:
         return DECLARED_PATCH
-    return _equivalent(model, tuple(sorted(values.items())), rig.a, rig.e)
+    return _fit_equivalent_patch(model, tuple(sorted(values.items())), rig.a, rig.e)
 
 
 @cache
@@ -69,9 +69,9 @@ def build_added_torque(model: Model) -> ca.Function | None:
     """
     if all(type(effect).torque is Effect.torque for effect in model.effects):
         return None
-    signals, theta = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("theta", len(model.coordinates))
+    signals, theta = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("theta", len(model.coordinate_names))
     given = Signals(**dict(zip(SIGNALS, ca.vertsplit(signals), strict=True)))
-    outputs = {"torque": add_torques(ca.MX(0), model, given, theta)}
+    outputs = {"torque": add_effect_torques(ca.MX(0), model, given, theta)}
     return named_function("added_torque", {"signals": signals, "theta": theta}, outputs)
 
 
@@ -83,11 +83,16 @@ def build_equivalent_contact(model: Model) -> ca.Function | None:
     the present rate and that of rest; half-length [m]. Friction is that of a steady full slide, see
     `symbolic.full_slide`, without what effects count up. None where neither rate nor load matters.
     """
-    inputs = symbols(ca.MX, signals=len(SIGNALS), theta=len(model.coordinates), geometry=len(GEOMETRY))
+    inputs = symbols(
+        ca.MX, signals=len(SIGNALS), theta=len(model.coordinate_names), geometry=len(GEOMETRY)
+    )
     signals, theta, geometry = inputs.values()
-    given, at = named(SIGNALS, signals), {**named(model.coordinates, theta), "mu": 1}
+    given, at = named(SIGNALS, signals), {**named(model.coordinate_names, theta), "mu": 1}
     patch, F_N, half_length = model.patch(theta), given["F_N"], geometry[0]
-    effects, (_, _, counted) = model.values(theta), model.split(ca.MX.zeros(model.memory_size))
+    effects, (_, _, counted) = (
+        model.values_by_effect(theta),
+        model.split_memory(ca.MX.zeros(model.memory_size)),
+    )
     bristles, creeps = None, False
     if isinstance(patch, BristlePatch):
         traits = patch.traits
@@ -98,10 +103,10 @@ def build_equivalent_contact(model: Model) -> ca.Function | None:
 
     def friction(rate: Expression) -> Expression:
         sides = [Signals(psi=0, psi_dot=side, F_N=F_N, dt=1) for side in (rate, -rate)]
-        factor = sum(factor_and_torque(effects, counted, side)[0] for side in sides) / 2
+        factor = sum(friction_factor_and_torque(effects, counted, side)[0] for side in sides) / 2
         if bristles is None:
             return factor
-        contact, values_at = ca.vertcat(half_length, geometry[1]), vector_of(model.coordinates, at)
+        contact, values_at = ca.vertcat(half_length, geometry[1]), vector_of(model.coordinate_names, at)
         slide = patch_inputs(replace(sides[0], F_N=1), 1, values_at, contact)
         neutral = replace(bristles, traits=replace(bristles.traits, limits=(), creep=None))
         return factor * bristles.effective_friction(slide) / neutral.effective_friction(slide)
@@ -122,9 +127,9 @@ def build_patch_angle(model: Model) -> ca.Function | None:
     Of the angles that a torque of this variance allows it is the one next to the last: where the torque
     does not tell which flank is touched, what is behind stays. None where there is no gap.
     """
-    if (deflection := deflection_of(model, gaps=True)) is None:
+    if (deflection := series_deflection(model, gaps=True)) is None:
         return None
-    inputs = symbols(ca.MX, last=1, psi=1, M_z=1, variance=1, F_N=1, theta=len(model.coordinates))
+    inputs = symbols(ca.MX, last=1, psi=1, M_z=1, variance=1, F_N=1, theta=len(model.coordinate_names))
     last, psi, M_z, variance, F_N, theta = inputs.values()
     known, elements = is_known(M_z), ca.vertcat(F_N, theta)
     torque = ca.if_else(known, M_z, 0)
@@ -149,12 +154,12 @@ def added_torques(
 def newest_signals(measurement_model: MeasurementModel, parts: Layout, state: Expression) -> Expression:
     """Signals of the model at the newest sample of a state."""
     x = (newest_state(parts, measurement_model, state, name) for name in measurement_model.states)
-    now = newest_of_sample(parts, state, CLEAN)
+    now = newest_sample_values(parts, state, CLEAN)
     return signals_with_states(measurement_model, ca.vertcat(*x), now)
 
 
 @cache
-def _equivalent(
+def _fit_equivalent_patch(
     model: Model, values: tuple[tuple[str, float], ...], a: float, e: float
 ) -> EquivalentPatch:
     """The same of values that can be looked up."""
@@ -167,7 +172,7 @@ def _equivalent(
     M_z = simulate(model, signals, np.array(theta).ravel(), np.array([a, e])).M_z
     if (added := build_added_torque(model)) is not None:
         M_z = M_z - np.asarray(added(signals, theta)).ravel()
-    if (behind := deflection_of(model, gaps=True)) is not None:
+    if (behind := series_deflection(model, gaps=True)) is not None:
         elements = np.vstack([F_N, np.tile(np.asarray(theta).reshape(-1, 1), count)])
         psi = psi + np.asarray(behind(M_z.reshape(1, -1), elements)).ravel()
     loads, half_length = np.repeat(F_N, 2, axis=0), np.full((1, count), a)

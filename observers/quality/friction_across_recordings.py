@@ -44,14 +44,14 @@ class GroundFriction:
             return None
         return (_scatter_half_width(self.recordings, self.scatter) / self.further) ** 2
 
-    def further_with(self, recordings: int) -> float:
+    def further_half_width(self, recordings: int) -> float:
         """What `further` would be of so many recordings that scatter as these do; nan if unknown [1]."""
         if self.scatter is None or self.further is None:
             return float("nan")
         own = self.further**2 - _scatter_half_width(self.recordings, self.scatter) ** 2
         return float(np.sqrt(_scatter_half_width(recordings, self.scatter) ** 2 + max(0.0, own)))
 
-    def over(self, other: "GroundFriction", comparisons: int = 1) -> tuple[float, float]:
+    def ratio_to(self, other: "GroundFriction", comparisons: int = 1) -> tuple[float, float]:
         """Ratio of the means and half of its 95 % band [1], of both more than one recording.
 
         What both share as a factor, such as an error of load, lengths or the torque's scale, cancels.

@@ -46,7 +46,9 @@ def change_monitor_fields(measurement_model: MeasurementModel) -> tuple[str, ...
     return (*MONITOR, *REFERENCE) if OTHER in measurement_model.states else MONITOR
 
 
-def predict_reference(kept: Expression, log_mu: Expression, P: Expression, now: Expression) -> Parts:
+def predict_reference_friction(
+    kept: Expression, log_mu: Expression, P: Expression, now: Expression
+) -> Parts:
     """As `REFERENCE` at the sample now, as `CLEAN`, from that of the last one.
 
     log_mu is predicted, of the direction that loads the patch, P its variance: where a reference begins.
@@ -79,7 +81,7 @@ def update_change_statistic(
     }  # fmt: skip
 
 
-def has_changed(reference: Parts, tuning: Expression) -> Expression:
+def has_friction_changed(reference: Parts, tuning: Expression) -> Expression:
     """Whether the log-likelihood ratio says that friction of this direction has changed: 0 or 1."""
     limits, J = named(TUNING_FIELDS, tuning), reference["information"]
     told = J * reference["variance"]
@@ -88,7 +90,7 @@ def has_changed(reference: Parts, tuning: Expression) -> Expression:
     return ca.logic_and(watched, ca.logic_and(told > TOLD, ratio > limits["alarm"]))
 
 
-def reset_reference(reference: Parts, reset: Expression) -> Expression:
+def reset_reference_friction(reference: Parts, reset: Expression) -> Expression:
     """As `REFERENCE`, (6,): after a reset, that of this direction begins at the next sample."""
     anew = ("variance", "score", "information")
     return ca.vertcat(*(ca.if_else(reset, 0, v) if n in anew else v for n, v in reference.items()))

@@ -13,9 +13,9 @@ from observers.quality.mu_over_k_hypotheses import (
     MAX_MODEL_ERROR,
     RATIOS,
     SETTINGS,
-    factor_name,
+    entry_name,
     hypothesis_fields,
-    variance_of,
+    hypothesis_variance,
 )
 from symbolic.casadi_functions import named_function
 
@@ -71,29 +71,29 @@ class HypothesisMixture:
     factor: Callable[[Parts], Expression]
 
     @property
-    def weight(self) -> Expression:
+    def unnormalised_weights(self) -> Expression:
         """The weights (G,), not normalised."""
         return ca.exp(self.exponent - ca.mmax(self.exponent)) * self.factor(self.parts)
 
     def mean(self, value: Expression) -> Expression:
         """Mean of a value under each hypothesis (G,)."""
-        return ca.dot(self.weight, value) / ca.sum1(self.weight)
+        return ca.dot(self.unnormalised_weights, value) / ca.sum1(self.unnormalised_weights)
 
     def at_mode(self, name: str) -> Expression:
         """A part of the hypothesis with the greatest exponent."""
-        return _chosen(_place(self.exponent), self.parts[name])
+        return _element_at_index(_last_argmax(self.exponent), self.parts[name])
 
-    def moments(self, quantity: Quantity, about: Expression) -> tuple[Expression, Expression]:
+    def mean_variance(self, quantity: Quantity, about: Expression) -> tuple[Expression, Expression]:
         """Mean and variance of a quantity, the latter as `covariance` has it."""
 
         def twice(parts: Parts) -> tuple[Expression, Expression, Expression]:
             value, variance = quantity(parts)
             return value, value, variance
 
-        mean, _, variance = self.covariance(twice, about, about)
+        mean, _, variance = self.means_and_covariance(twice, about, about)
         return mean, variance
 
-    def covariance(
+    def means_and_covariance(
         self, pair: Pair, about: Expression, about_other: Expression
     ) -> tuple[Expression, Expression, Expression]:
         """Means of two quantities, and their covariance.
@@ -108,18 +108,20 @@ class HypothesisMixture:
         along = self.mean(offset)
         broad = self.mean((one - about) * (other - about_other) + both) - mean * mean_other
         width = self.mean(offset**2) - along**2
-        place = ca.fmin(ca.fmax(_place(self.weight), 1), len(RATIOS) - 2)
+        place = ca.fmin(ca.fmax(_last_argmax(self.unnormalised_weights), 1), len(RATIOS) - 2)
         places = [place + i for i in (-1, 0, 1)]
-        beside = [{name: _chosen(at, part) for name, part in self.parts.items()} for at in places]
+        beside = [
+            {name: _element_at_index(at, part) for name, part in self.parts.items()} for at in places
+        ]
         left, middle, right = (
-            _chosen(at, self.exponent) + ca.log(self.factor(parts))
+            _element_at_index(at, self.exponent) + ca.log(self.factor(parts))
             for at, parts in zip(places, beside, strict=True)
         )
         curvature = ca.fmax(2 * middle - left - right, 1e-6)
         shift = ca.fmin(ca.fmax((right - left) / (2 * curvature), -1), 1)
         vertices, slopes = [], []
         for value in (one, other):
-            left, middle, right = (_chosen(at, value) for at in places)
+            left, middle, right = (_element_at_index(at, value) for at in places)
             slope, bend = (right - left) / 2, (right - 2 * middle + left) / 2
             vertices.append(middle + shift * (slope + shift * bend))
             slopes.append(slope + 2 * shift * bend)
@@ -132,12 +134,12 @@ class HypothesisMixture:
         )
 
 
-def _place(vector: Expression) -> Expression:
+def _last_argmax(vector: Expression) -> Expression:
     """The last place of the maximum of a vector (G,)."""
     return ca.mmax((vector >= ca.mmax(vector)) * ca.DM(range(len(RATIOS))))
 
 
-def _chosen(place: Expression, vector: Expression) -> Expression:
+def _element_at_index(place: Expression, vector: Expression) -> Expression:
     return ca.dot(ca.DM(range(len(RATIOS))) == place, vector)
 
 
@@ -164,16 +166,23 @@ def build_hypotheses_verdict(gear: bool = False) -> ca.Function:
     declared = HypothesisMixture(
         parts, likelihood + prior - misfit, lambda of: ca.sqrt(1 / (1 + stiffness / of["D_gain"]))
     )
-    log_mu, var_log_mu = declared.moments(partial(_log_mu_moments, stiffness), declared.at_mode("grid"))
-    log_ratio, _ = declared.moments(lambda of: (of["grid"], 0), declared.at_mode("grid"))
+    log_mu, var_log_mu = declared.mean_variance(
+        partial(_log_mu_moments, stiffness), declared.at_mode("grid")
+    )
+    log_ratio, _ = declared.mean_variance(lambda of: (of["grid"], 0), declared.at_mode("grid"))
     level, var_level, covariances = ca.MX(0), ca.MX(0), [ca.MX(0)] * 3
-    zero, var_zero = declared.moments(partial(_beside, "zero", stiffness), declared.at_mode("zero"))
+    zero, var_zero = declared.mean_variance(
+        partial(_beside_gain, "zero", stiffness), declared.at_mode("zero")
+    )
     if gear:
-        level, var_level = declared.moments(
-            partial(_beside, "gear", stiffness), declared.at_mode("gear")
+        level, var_level = declared.mean_variance(
+            partial(_beside_gain, "gear", stiffness), declared.at_mode("gear")
         )
         covariances = [
-            declared.covariance(partial(_both, one, other, stiffness), *map(declared.at_mode, near))[2]
+            declared.means_and_covariance(
+                partial(_means_and_covariance_of_two, one, other, stiffness),
+                *map(declared.at_mode, near),
+            )[2]
             for one, other, near in (
                 ("log_mu", "zero", ("grid", "zero")),
                 ("log_mu", "gear", ("grid", "gear")),
@@ -184,7 +193,9 @@ def build_hypotheses_verdict(gear: bool = False) -> ca.Function:
     even = HypothesisMixture(
         parts, likelihood, lambda of: ca.sqrt(of["D_gain"]) / ca.fmax(of["gain"], MIN_GAIN)
     )
-    log_gain, var_gain = even.moments(_log_gain, ca.log(ca.fmax(even.at_mode("gain"), MIN_GAIN)))
+    log_gain, var_gain = even.mean_variance(
+        _log_gain_moments, ca.log(ca.fmax(even.at_mode("gain"), MIN_GAIN))
+    )
     error = ca.fmin(limits["error"], MAX_MODEL_ERROR) ** 2
     deviation, allowed = ca.sqrt(var_gain + error), ALLOWED * limits["stiffness_std"]
     inside = (allowed - ca.fabs(log_gain)) / deviation
@@ -203,41 +214,41 @@ def build_hypotheses_verdict(gear: bool = False) -> ca.Function:
     return named_function("verdict", inputs, {"verdict": vector_of(VERDICT, outputs)}, cse=True)
 
 
-def _gain(stiffness: Expression, parts: Parts) -> tuple[Expression, Expression]:
+def _gain_moments(stiffness: Expression, parts: Parts) -> tuple[Expression, Expression]:
     """Mean and variance of s with the prior 1 of this variance."""
     variance = 1 / (1 / parts["D_gain"] + 1 / stiffness)
     return ca.fmax((parts["gain"] / parts["D_gain"] + 1 / stiffness) * variance, MIN_GAIN), variance
 
 
 def _log_mu_moments(stiffness_variance: Expression, hypotheses: Parts) -> tuple[Expression, Expression]:
-    gain, variance = _gain(stiffness_variance, hypotheses)
+    gain, variance = _gain_moments(stiffness_variance, hypotheses)
     return hypotheses["grid"] + ca.log(gain), variance / gain**2
 
 
-def _beside(name: str, stiffness: Expression, parts: Parts) -> tuple[Expression, Expression]:
+def _beside_gain(name: str, stiffness: Expression, parts: Parts) -> tuple[Expression, Expression]:
     """Mean and variance of an unknown beside s."""
-    gain, variance = _gain(stiffness, parts)
-    slope = parts[factor_name(name, "gain")]
+    gain, variance = _gain_moments(stiffness, parts)
+    slope = parts[entry_name(name, "gain")]
     value = parts[name] + slope * (gain - parts["gain"])
-    return value, variance_of(parts, name, given=("gain",)) + slope**2 * variance
+    return value, hypothesis_variance(parts, name, given=("gain",)) + slope**2 * variance
 
 
-def _both(
+def _means_and_covariance_of_two(
     one: str, other: str, stiffness: Expression, parts: Parts
 ) -> tuple[Expression, Expression, Expression]:
     """Means of two of ln mu, M_0 and the gear, in this order, and their covariance."""
-    gain, variance = _gain(stiffness, parts)
-    last = _beside(other, stiffness, parts)[0]
-    by_gain = parts[factor_name(other, "gain")] * variance
+    gain, variance = _gain_moments(stiffness, parts)
+    last = _beside_gain(other, stiffness, parts)[0]
+    by_gain = parts[entry_name(other, "gain")] * variance
     if one == "log_mu":
         return _log_mu_moments(stiffness, parts)[0], last, by_gain / gain
     # The gear comes before M_0 in the factor.
-    given = parts[factor_name(other, one)] * parts[factor_name(one, one)]
-    first = _beside(one, stiffness, parts)[0]
-    return first, last, given + by_gain * parts[factor_name(one, "gain")]
+    given = parts[entry_name(other, one)] * parts[entry_name(one, one)]
+    first = _beside_gain(one, stiffness, parts)[0]
+    return first, last, given + by_gain * parts[entry_name(one, "gain")]
 
 
-def _log_gain(parts: Parts) -> tuple[Expression, Expression]:
+def _log_gain_moments(parts: Parts) -> tuple[Expression, Expression]:
     """Mean and variance of ln s from the torque alone."""
     gain = ca.fmax(parts["gain"], MIN_GAIN)
     return ca.log(gain), ca.fmin(parts["D_gain"] / gain**2, 2)

@@ -67,7 +67,7 @@ def build_present_branch_update() -> ca.Function:
     """
     inputs = symbols(ca.SX, track=len(TRACK), psi=1, slack=1, least=1, counts=1)
     after, back, _ = _branch_after_sample(named(TRACK, inputs["track"]), inputs["psi"], inputs["slack"])
-    after, share = _counted(after, inputs["counts"], inputs["least"])
+    after, share = _update_progress(after, inputs["counts"], inputs["least"])
     after = {**after, "count": ca.if_else(back, ca.fmax(2, after["count"]), after["count"])}
     outputs = {"track_next": vector_of(TRACK, after), "share": share}
     return named_function("turn", inputs, outputs, cse=True)
@@ -93,7 +93,7 @@ def _branch_after_sample(
     return after, back, extreme
 
 
-def _counted(after: Parts, counts: Expression, least: Expression) -> tuple[Parts, Expression]:
+def _update_progress(after: Parts, counts: Expression, least: Expression) -> tuple[Parts, Expression]:
     """The track with its progress, and the share of an independent sample; least [rad] as above."""
     travel = ca.fabs(after["extreme"] - after["origin"])
     counted = ca.fmax(after["progress"], ca.fmax(least, MIN_TRAVEL_DIVISOR))
@@ -103,7 +103,7 @@ def _counted(after: Parts, counts: Expression, least: Expression) -> tuple[Parts
 
 
 @cache
-def build_track_update() -> ca.Function:
+def build_all_branches_update() -> ca.Function:
     """All branches after a sample: their turns add up.
 
     points and turns (POINTS, PATHS) have a column for each path; turns [rad] are those of the branches,
@@ -124,10 +124,14 @@ def build_track_update() -> ca.Function:
     free, slid = ca.horzsplit(points)
     slid = ca.vertcat(ca.if_else(rested, was["origin"] - side * SLID, slid[0]), slid[1:])
     returns = ca.logic_or(back, ca.logic_and(rested, starts * after["direction"] * side < 0))
-    free, after["count"] = _path(free, was["count"], psi, after["direction"], back, farthest)
+    free, after["count"] = _update_turning_points(
+        free, was["count"], psi, after["direction"], back, farthest
+    )
     again = (after["direction"], returns, farthest)
-    slid, after["count_slid"] = _path(slid, was["count_slid"], psi, *again)
-    counted, share = _counted({**after, "origin": _at(free, after["count"] - 1)}, counts, START * slack)
+    slid, after["count_slid"] = _update_turning_points(slid, was["count_slid"], psi, *again)
+    counted, share = _update_progress(
+        {**after, "origin": _at(free, after["count"] - 1)}, counts, START * slack
+    )
     after, older = dict(counted), forgetting_factor(share, FORGETTING_SAMPLES)
     travel = ca.fabs(after["extreme"] - after["origin"])
     after |= {
@@ -139,7 +143,9 @@ def build_track_update() -> ca.Function:
     outputs = {
         "track_next": vector_of(TRACK, after),
         "points_next": ca.horzcat(free, slid),
-        "turns": ca.horzcat(_turns(free, after["count"], psi), _turns(slid, after["count_slid"], psi)),
+        "turns": ca.horzcat(
+            _branch_turns(free, after["count"], psi), _branch_turns(slid, after["count_slid"], psi)
+        ),
         "share": share,
     }
     return named_function("track", inputs, outputs, cse=True)
@@ -176,7 +182,7 @@ def build_new_ground_branches() -> ca.Function:
     return named_function("new_ground", inputs, outputs, cse=True)
 
 
-def _path(
+def _update_turning_points(
     points: Expression, count: Expression, psi: Expression, direction: Expression, back: Expression,
     farthest: Expression,
 ) -> tuple[Expression, Expression]:  # fmt: skip
@@ -196,7 +202,7 @@ def _path(
     return points, count
 
 
-def _turns(points: Expression, count: Expression, psi: Expression) -> Expression:
+def _branch_turns(points: Expression, count: Expression, psi: Expression) -> Expression:
     """Turn of each branch [rad]."""
     turns = [
         ca.if_else(count > i + 1, points[min(i + 1, POINTS - 1)] - points[i], 0)
@@ -243,7 +249,7 @@ def relative_mu_sensitivity(
     turn: Expression, mu: Expression, F_N: Expression, tyre: Expression
 ) -> Expression:
     """Relative change of a virgin turn's torque by that of mu: 0 in full stick, 1 in full slide."""
-    moment, by_mu = _moment(turn, mu, F_N, tyre)
+    moment, by_mu = _virgin_torque_and_slope(turn, mu, F_N, tyre)
     return ca.fmin(ca.fmax(by_mu / moment, MIN_SENSITIVITY), 1)
 
 
@@ -254,11 +260,11 @@ def torque_by_log_stiffness(
 
     As the torque is homogeneous in (mu, k), it is what mu leaves.
     """
-    moment, by_mu = _moment(turn, mu, F_N, tyre)
+    moment, by_mu = _virgin_torque_and_slope(turn, mu, F_N, tyre)
     return 2 * tyre[0] * turn * (moment - by_mu)
 
 
-def _moment(
+def _virgin_torque_and_slope(
     turn: Expression, mu: Expression, F_N: Expression, tyre: Expression
 ) -> tuple[Expression, Expression]:
     """Torque of a virgin turn over k and turn [m^3], and its derivative by ln mu."""

@@ -32,7 +32,7 @@ def innovation_of(inputs: Parts, own: Parts, output: Parts) -> Expression:
     return inputs["M_z"] - output["M_z_predicted"] * own["scale"]
 
 
-def torque_variance_by_k(
+def torque_variance_from_stiffness(
     inputs: Parts, own: Parts, output: Parts, patch: EquivalentPatch, *, scaled: bool
 ) -> Expression:
     """Variance of the present branch's torque that k makes, being softer or stiffer [N^2 m^2].
@@ -99,7 +99,7 @@ def smoothed_innovation(
     return lasting, square > INNOVATION_THRESHOLD**2 * variance, square <= clear**2 * variance + zero
 
 
-def update_streak(
+def update_deviation_streak(
     inputs: Parts, own: Parts, predicted: Expression, by_k: Expression, error: Expression
 ) -> Parts:
     """Torques in a row, up to now, that differ from the predicted one [N m] by more than `BEYOND`."""

@@ -22,9 +22,9 @@ from observers.quality.friction_change_detection import (
     AT_REST,
     STROKE_CHANGE,
     change_monitor_fields,
-    has_changed,
-    predict_reference,
-    reset_reference,
+    has_friction_changed,
+    predict_reference_friction,
+    reset_reference_friction,
     update_change_statistic,
 )
 from observers.quality.innovation_alarms import CHANGE, MIN_SAMPLES, MONITOR, build_innovation_monitor
@@ -88,7 +88,7 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
     huber_scale, independent = results["huber_scale"], results["independent"]
     change, interval = CHANGE, now[CLEAN.index("interval")]
     if OTHER in measurement_model.states:
-        change, tuning = STROKE_CHANGE, _streak_at_any_rate(tuning, interval)
+        change, tuning = STROKE_CHANGE, _tuning_for_sample_interval(tuning, interval)
     H_P_H, missing = ca.dot(H, inputs["P"] @ H), weight <= 0
     accepted, reset, run, counts_next = build_innovation_gate()(
         innovation, H_P_H, weight, huber_scale, inputs["counts"], tuning
@@ -104,10 +104,10 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
         ca.fmax(reset, learnt), monitor[: len(MONITOR)], tuning,
     )  # fmt: skip
     if OTHER in measurement_model.states:
-        kept = predict_reference(monitor[len(MONITOR) :], x[at], inputs["P"][at, at], now)
+        kept = predict_reference_friction(monitor[len(MONITOR) :], x[at], inputs["P"][at, at], now)
         about = innovation + H[at] * (x[at] - kept["reference"])
         kept = update_change_statistic(kept, about, H[at], weight_left, share * accepted)
-        alarm, monitor_next = _with_strokes_compared(kept, now, alarm, reset, monitor_next, tuning)
+        alarm, monitor_next = _add_stroke_comparison_alarm(kept, now, alarm, reset, monitor_next, tuning)
     counts_next[COUNTS.index("resets")] += alarm
     results |= {
         "H_P_H": H_P_H,
@@ -135,20 +135,20 @@ def _log_mu_correction(
     return gain * innovation, gain * along / P[at]
 
 
-def _with_strokes_compared(
+def _add_stroke_comparison_alarm(
     kept: Parts, now: ca.MX, alarm: ca.MX, reset: ca.MX, monitor: ca.MX, tuning: ca.MX
 ) -> tuple[ca.MX, ca.MX]:
     """The alarm and the monitor where friction has directions, with `REFERENCE` after the sample."""
     sample = named(CLEAN, now)
     turns = sample["travel"] > AT_REST * sample["interval"]
-    alarm = ca.logic_or(alarm, ca.logic_and(turns, has_changed(kept, tuning)))
+    alarm = ca.logic_or(alarm, ca.logic_and(turns, has_friction_changed(kept, tuning)))
     quiet, after = ca.logic_not(ca.logic_or(alarm, reset)), named(MONITOR, monitor)
     kept_on = {"rise": quiet, "fall": quiet, "lag": quiet * ca.logic_not(sample[EXCHANGED])}
     after |= {name: keeps * after[name] for name, keeps in kept_on.items()}
-    return alarm, ca.MX(ca.vertcat(*after.values(), reset_reference(kept, reset + alarm)))
+    return alarm, ca.MX(ca.vertcat(*after.values(), reset_reference_friction(kept, reset + alarm)))
 
 
-def _streak_at_any_rate(tuning: ca.MX, interval: ca.MX) -> ca.MX:
+def _tuning_for_sample_interval(tuning: ca.MX, interval: ca.MX) -> ca.MX:
     """The tuning with `reset_after` as long as so many samples of 10 ms at any rate above."""
     longer = ca.MX(tuning)
     longer[TUNING_FIELDS.index("reset_after")] *= ca.fmax(1, JITTER * REFERENCE_STEP / interval)

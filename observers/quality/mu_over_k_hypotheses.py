@@ -22,7 +22,7 @@ import casadi as ca
 import numpy as np
 
 from observers.layout import Expression, Layout, Parts, named, symbols, vector_of
-from observers.measurement.torque_error import SENSOR, forgetting_factor, states_model_error
+from observers.measurement.torque_error import SENSOR, forgetting_factor, has_stated_model_error
 from observers.quality.hysteresis_branches import (
     FORGETTING_SAMPLES,
     PATHS,
@@ -71,18 +71,20 @@ def hypothesis_states(gear: bool) -> tuple[str, ...]:
     return ("twist", *(("gear",) if gear else ()), "zero", "gain")
 
 
-def factor_name(one: str, other: str) -> str:
+def entry_name(one: str, other: str) -> str:
     """Name of an entry of the factor U D U' of the covariance of a hypothesis."""
     return f"D_{one}" if one == other else f"U_{one}_{other}"
 
 
-def variance_of(parts: Mapping[str, Expression], name: str, given: tuple[str, ...] = ()) -> Expression:
+def hypothesis_variance(
+    parts: Mapping[str, Expression], name: str, given: tuple[str, ...] = ()
+) -> Expression:
     """Variance of an unknown; `given` are those after it whose values are known."""
     order = hypothesis_states(gear="gear" in parts)
     others = [other for other in order[order.index(name) + 1 :] if other not in given]
     return sum(
-        (parts[factor_name(name, o)] ** 2 * parts[factor_name(o, o)] for o in others),
-        parts[factor_name(name, name)],
+        (parts[entry_name(name, o)] ** 2 * parts[entry_name(o, o)] for o in others),
+        parts[entry_name(name, name)],
     )
 
 
@@ -93,7 +95,7 @@ def hypothesis_fields(gear: bool) -> tuple[str, ...]:
     and the torque that the twist may make [N m].
     """
     pairs = combinations_with_replacement(hypothesis_states(gear), 2)
-    return ("log_likelihood", *hypothesis_states(gear), *(factor_name(*pair) for pair in pairs), "left")
+    return ("log_likelihood", *hypothesis_states(gear), *(entry_name(*pair) for pair in pairs), "left")
 
 
 @cache
@@ -110,7 +112,7 @@ def acquisition_settings(tuning: Parts, misfit: float, again: Expression) -> Exp
     that is stated for no turn is that of the noise, `Tuning.error_travel`.
     """
     error = tuning["error"]
-    error = ca.if_else(states_model_error(tuning), error, ca.fmin(error, tuning["noise"]))
+    error = ca.if_else(has_stated_model_error(tuning), error, ca.fmin(error, tuning["noise"]))
     least = ca.if_else(again, ca.fmax(misfit, PATH_ERROR), misfit)
     return vector_of(SETTINGS, {**tuning, "error": ca.fmax(least, error)})
 
@@ -199,7 +201,7 @@ def build_one_hypothesis_update(gear: bool = False) -> ca.Function:
         inputs["dry"] = by["gear"] = ca.SX.sym("dry")
     H, mean, factor = vector_of(order, by), vector_of(order, was), ca.SX.zeros(len(order), len(order))
     for (i, one), (j, other) in combinations_with_replacement(enumerate(order), 2):
-        factor[i, j] = was[factor_name(one, other)] / (older if i == j else 1)
+        factor[i, j] = was[entry_name(one, other)] / (older if i == j else 1)
     f = (ca.triu(factor, False) + ca.SX.eye(len(order))).T @ H
     spread = ca.dot(f, ca.diag(factor) * f)
     innovation = measured - ca.dot(mean, H)
@@ -212,11 +214,11 @@ def build_one_hypothesis_update(gear: bool = False) -> ca.Function:
     log_likelihood = older * was["log_likelihood"] - cost + ca.log(share_left * variance) / 2
     after = {"log_likelihood": log_likelihood, **named(order, mean + K * innovation)}
     for (i, one), (j, other) in combinations_with_replacement(enumerate(order), 2):
-        after[factor_name(one, other)] = factor[i, j]
+        after[entry_name(one, other)] = factor[i, j]
     after["D_gain"] = ca.fmax(after["D_gain"], 1e-9)
     # A twist that moves the torque no longer would be forgotten without a limit, the zero with it.
     after["D_twist"] = ca.fmin(after["D_twist"], TWIST_STD**2)
-    may_be = ca.fabs(after["twist"]) + ca.sqrt(variance_of(after, "twist"))
+    may_be = ca.fabs(after["twist"]) + ca.sqrt(hypothesis_variance(after, "twist"))
     after["left"] = may_be * ca.fabs(slid - free)
     outputs = {"part_next": vector_of(names, after)}
     return named_function("hypothesis", inputs, outputs, cse=True)
@@ -233,7 +235,7 @@ def build_hypotheses_update(gear: bool = False) -> ca.Function:
     count, rows = len(RATIOS), build_one_hypothesis_update(gear).numel_in(0)
     inputs = symbols(
         ca.MX, hypotheses=(rows, count), beside=1, turns=(POINTS, PATHS), loads=(POINTS, PATHS), M_z=1,
-        variance=1, share=1, tyre=3, **gear_friction_size(gear),
+        variance=1, share=1, tyre=3, **gear_friction_input_sizes(gear),
     )  # fmt: skip
     hypotheses, beside, turns, loads, M_z, variance, share, tyre, *dry = inputs.values()
     lanes = count * POINTS * PATHS
@@ -255,6 +257,6 @@ def build_hypotheses_update(gear: bool = False) -> ca.Function:
     return named_function("weigh", inputs, {"hypotheses_next": after})
 
 
-def gear_friction_size(gear: bool) -> dict[str, int]:
+def gear_friction_input_sizes(gear: bool) -> dict[str, int]:
     """Size of the torque of a gear's friction with its deviation, where there is a gear."""
     return {"dry": 2} if gear else {}

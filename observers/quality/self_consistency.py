@@ -72,8 +72,10 @@ def self_consistency(estimates: Estimates, reference: float | None = None) -> Se
     known = estimates.informed.astype(bool)
     coverage = relative_band = reference_coverage = None
     if known.any():
-        coverage = _held(mu_eff[known], std[known], final)
-        reference_coverage = None if reference is None else _held(mu_eff[known], std[known], reference)
+        coverage = _share_within_band(mu_eff[known], std[known], final)
+        reference_coverage = (
+            None if reference is None else _share_within_band(mu_eff[known], std[known], reference)
+        )
         relative_band = float(np.median(std[known] / mu_eff[known]))
     return SelfConsistency(
         mu_eff=final,
@@ -86,7 +88,7 @@ def self_consistency(estimates: Estimates, reference: float | None = None) -> Se
     )
 
 
-def _held(mu_eff: Array, std: Array, reference: float) -> float:
+def _share_within_band(mu_eff: Array, std: Array, reference: float) -> float:
     return float(np.mean(np.abs(mu_eff - reference) <= BAND_95 * std))
 
 

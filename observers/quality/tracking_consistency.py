@@ -21,7 +21,7 @@ from observers.quality.acquisition import (
     OWN,
     PROVED,
     EquivalentPatch,
-    update_unexplained,
+    update_unexplained_count,
 )
 from observers.quality.hypotheses_verdict import VERDICT
 from observers.quality.innovation_alarms import FORGETTING_SAMPLES, MAX_NORMALISED_SQUARE, MIN_SAMPLES
@@ -30,8 +30,8 @@ from observers.quality.innovation_attribution import (
     innovation_of,
     range_of_predictions,
     smoothed_innovation,
-    torque_variance_by_k,
-    update_streak,
+    torque_variance_from_stiffness,
+    update_deviation_streak,
 )
 from observers.quality.mu_over_k_hypotheses import SETTINGS
 from observers.quality.sample_screening import has_flag, with_flag
@@ -77,7 +77,7 @@ def build_tracking_consistency(
     older = forgetting_factor(share, FORGETTING_SAMPLES)
     nis, by_k, lasts, clear = output["nis"], ca.SX(0), ca.SX(0), ca.SX(1)
     if is_computed or patch.misfit > 0 or not gear:
-        by_k = torque_variance_by_k(inputs, own, output, patch, scaled=not is_computed)
+        by_k = torque_variance_from_stiffness(inputs, own, output, patch, scaled=not is_computed)
     if patch.misfit > 0 and not is_computed:
         square = ca.fmax(innovation_of(inputs, own, output) ** 2, MIN_SQUARE_DIVISOR)
         nis = nis * square / (square + by_k * nis)
@@ -90,10 +90,10 @@ def build_tracking_consistency(
     much = (weight >= MIN_SAMPLES) * (squares > EXCESS * limits["explained"] * weight)
     too_much = ca.logic_or(much, lasts)
     if is_computed:
-        own |= update_streak(inputs, own, predicted, by_k, limits["error"])
+        own |= update_deviation_streak(inputs, own, predicted, by_k, limits["error"])
         too_much = ca.logic_or(too_much, own["streak"] > IN_A_ROW / 2)
     wrong = ca.logic_or(too_much, has_flag(output["status"], Status.INCONSISTENT))
-    doubt = ca.fmax(update_unexplained(own["doubt"], share, wrong), MIN_WHILE_LASTING * lasts)
+    doubt = ca.fmax(update_unexplained_count(own["doubt"], share, wrong), MIN_WHILE_LASTING * lasts)
     doubted = ca.logic_or(too_much, doubt > DOUBT_LIMIT)
     early = ca.logic_or(weight < MIN_SAMPLES, (own["confirmed"] < 2) * (1 - clear) * (1 - doubted))
     # A change that is too small or too slow for an alarm shows in an innovation that lasts.
@@ -104,7 +104,7 @@ def build_tracking_consistency(
     # These flags no estimator sets, and an alarm ends tracking before this.
     status += int(Status.ACQUIRING) * early + int(Status.RESET) * changed
     result = vector_of(OUTPUT, _tracked_output(own, output, status, limits))
-    confirmed = _confirmed(own, weight, doubt, wrong, clear, gear=gear)
+    confirmed = _update_confirmed(own, weight, doubt, wrong, clear, gear=gear)
     over = ca.logic_or(own["phase"] == OVER, ca.logic_or(confirmed >= 2, doubted))
     phase = ca.if_else(over, OVER, ca.if_else(own["phase"] == 1, 0, inputs["counted"]))
     after = own | {
@@ -117,7 +117,7 @@ def build_tracking_consistency(
     return named_function("follow_output", inputs, outputs, cse=True)
 
 
-def _confirmed(
+def _update_confirmed(
     own: Parts, weight: Expression, doubt: Expression, wrong: Expression, clear: Expression, *,
     gear: bool,
 ) -> Expression:  # fmt: skip

@@ -20,11 +20,13 @@ for longer is its own misfit."""
 
 def last_usable(estimates: Estimates) -> int | None:
     """The last usable sample on the last ground, unless what follows contradicts it; None for none."""
-    inconsistent = (estimates.status & Status.INCONSISTENT != 0) & estimates.measured
-    return last_uncontradicted(estimates.usable, inconsistent, last_ground(estimates), estimates.turn)
+    inconsistent = (estimates.status & Status.INCONSISTENT != 0) & estimates.has_measured_torque
+    return last_uncontradicted(
+        estimates.usable, inconsistent, last_ground_change_index(estimates), estimates.turn
+    )
 
 
-def last_ground(estimates: Estimates) -> int:
+def last_ground_change_index(estimates: Estimates) -> int:
     """The sample at which the last ground was noticed, 0 if it never changed."""
     changes = np.flatnonzero(estimates.status & Status.RESET)
     return int(changes[-1]) if changes.size else 0
@@ -43,45 +45,46 @@ def last_uncontradicted(
     return last if after <= CONTRADICTED * turn[known].sum() else None
 
 
-def held_usable(estimates: Estimates) -> NDArray[np.bool_]:
+def usable_held_between_torques(estimates: Estimates) -> NDArray[np.bool_]:
     """Where friction is usable, between torques that come more slowly than angles too, as for `Loop`."""
-    last = np.maximum.accumulate(np.where(estimates.measured, np.arange(estimates.t.size), 0))
+    last = np.maximum.accumulate(np.where(estimates.has_measured_torque, np.arange(estimates.t.size), 0))
     return estimates.usable[last] & (estimates.t - estimates.t[last] <= HOLD)
 
 
-def steady_from(t: Array, usable: NDArray[np.bool_], begin: int) -> int:
+def first_steadily_usable_index(t: Array, usable: NDArray[np.bool_], begin: int) -> int:
     """The sample from `begin` on since which a friction is usable without a gap of more than `HOLD`.
 
-    Up to the last usable sample, of which there has to be one; usable as of `held_usable`.
+    Up to the last usable sample, of which there has to be one; usable as of
+    `usable_held_between_torques`.
     """
     told = begin + np.flatnonzero(usable[begin:])
     gaps = np.flatnonzero((np.diff(told) > 1) & (np.diff(t[told]) > HOLD))
     return int(told[gaps[-1] + 1 if gaps.size else 0])
 
 
-def usable_since(estimates: Estimates) -> tuple[float, bool]:
+def steadily_usable_since(estimates: Estimates) -> tuple[float, bool]:
     """Time from which on the last usable friction was steadily so [s]; whether it was before, too.
 
     Both of the last ground, with a usable sample on it.
     """
-    begin = last_ground(estimates)
-    held = held_usable(estimates)
-    since = steady_from(estimates.t, held, begin)
+    begin = last_ground_change_index(estimates)
+    held = usable_held_between_torques(estimates)
+    since = first_steadily_usable_index(estimates.t, held, begin)
     return float(estimates.t[since]), bool(held[begin:since].any())
 
 
-def ground_before(estimates: Estimates) -> Estimates | None:
+def estimates_on_previous_ground(estimates: Estimates) -> Estimates | None:
     """The samples up to the last usable one before the last change of the ground; None without one."""
-    before = _up_to(estimates, last_ground(estimates))
+    before = _first_samples(estimates, last_ground_change_index(estimates))
     at = last_usable(before) if before.t.size else None
-    return None if at is None else _up_to(estimates, at + 1)
+    return None if at is None else _first_samples(estimates, at + 1)
 
 
-def _up_to(estimates: Estimates, end: int) -> Estimates:
+def _first_samples(estimates: Estimates, end: int) -> Estimates:
     return Estimates(**{name: values[:end] for name, values in vars(estimates).items()})
 
 
-def misfits(estimates: Estimates) -> NDArray[np.bool_]:
+def unexplained_torque_mask(estimates: Estimates) -> NDArray[np.bool_]:
     """Where model and stated error do not explain the torque, but for a change of the ground.
 
     That is inconsistent from a usable sample on, up to a `RESET` within `LONGEST_CHANGE`.

@@ -109,9 +109,11 @@ def build_implausibility_evidence(torque_channel: str) -> ca.Function:
     stays = ca.logic_and(frozen >= FROZEN, turned > FROZEN_TRAVEL)
     clipped = ca.logic_and(stays, steep)
     after = {
-        "angle": _in_a_row(was["angle"], ca.logic_and(known, ca.fabs(now["psi"]) > MAX_STEERING_ANGLE)),
-        "period": _in_a_row(was["period"], now["dt"] >= MAX_PLAUSIBLE_PERIOD),
-        "friction": _in_a_row(was["friction"], ca.logic_and(beyond, load >= LIFTED * first)),
+        "angle": _count_in_a_row(
+            was["angle"], ca.logic_and(known, ca.fabs(now["psi"]) > MAX_STEERING_ANGLE)
+        ),
+        "period": _count_in_a_row(was["period"], now["dt"] >= MAX_PLAUSIBLE_PERIOD),
+        "friction": _count_in_a_row(was["friction"], ca.logic_and(beyond, load >= LIFTED * first)),
         "load": load,
         "first_load": first,
         "psi": ca.if_else(known, now["psi"], was["psi"]),
@@ -160,7 +162,7 @@ def suspicions_from_state(state: Any, channel: str) -> tuple[str, ...]:
     places = getattr(getattr(state, "layout", None), "places", {})
     if "evidence" not in places:
         return ()
-    found = _named_causes(state["evidence"], channel)
+    found = _suspected_cause_texts(state["evidence"], channel)
     if found or "verdict" not in places:
         return found
     status = int(np.nan_to_num(state["output"][OUTPUT.index("status")]))
@@ -177,7 +179,7 @@ def suspicions_from_state(state: Any, channel: str) -> tuple[str, ...]:
     return ()
 
 
-def _named_causes(evidence: Array, channel: str) -> tuple[str, ...]:
+def _suspected_cause_texts(evidence: Array, channel: str) -> tuple[str, ...]:
     values = {name: float(evidence[at][0]) for name, (at, _) in EVIDENCE.places.items()}
     return tuple(text for text, holds in flags_by_message(values, channel).items() if holds)
 
@@ -196,8 +198,8 @@ def suspicions_of(samples: Iterable[Sample], rig: Rig, channel: str) -> tuple[st
     rows[4:] = np.where(np.abs(rows[4:]) < SENSIBLE, rows[4:], np.nan)
     stretch = compiled_stretch(build_implausibility_evidence(channel))
     states = run_stretches(stretch, START, rows, np.array([rig.a]), 0)
-    return _named_causes(states[:, -1], channel)
+    return _suspected_cause_texts(states[:, -1], channel)
 
 
-def _in_a_row(before: Expression, holds: Expression) -> Expression:
+def _count_in_a_row(before: Expression, holds: Expression) -> Expression:
     return ca.if_else(before >= IN_A_ROW, before, ca.if_else(holds, before + 1, 0))

@@ -21,7 +21,7 @@ from observers.thesis.zone_state_machine import (
     TorqueCurve,
     ZoneState,
     advance_zones,
-    turns_on_branch,
+    turns_from_rest_and_reversal,
     zone_torque_curve,
 )
 from symbolic import InvalidInputError, Rig, Tyre, full_slide_arm, full_slide_torque
@@ -118,10 +118,12 @@ class RootObserver:
         Raises:
             InvalidInputError: the state is that of another observer, or NaN.
         """
-        state = self._with_inputs(_own(state), sample)
+        state = self._with_inputs(_require_valid_state(state), sample)
         if not (isfinite(state.rest) and isfinite(state.F_N)):
             return replace(state, M_z_predicted=nan, solved=False)
-        torque = zone_torque_curve(turns_on_branch(state.zones, state.psi), state.F_N, self.k, self.rig)
+        torque = zone_torque_curve(
+            turns_from_rest_and_reversal(state.zones, state.psi), state.F_N, self.k, self.rig
+        )
         state = replace(state, M_z_predicted=torque(state.mu)[0], solved=False)
         if state.status:
             return state
@@ -147,7 +149,7 @@ class RootObserver:
         stays True, through full stick and through samples without a root. `ZoneRootState.solved` tells
         those. Errors are those of `step`.
         """
-        state = _own(state)
+        state = _require_valid_state(state)
         return Estimate(
             mu=state.mu,
             mu_std=nan,
@@ -175,7 +177,7 @@ class RootObserver:
         return replace(state, rest=rest, psi=psi, F_N=F_N, zones=zones, status=status)
 
 
-def _own(state: ZoneRootState) -> ZoneRootState:
+def _require_valid_state(state: ZoneRootState) -> ZoneRootState:
     if not isinstance(state, ZoneRootState):
         raise InvalidInputError(f"state must be what init or step returned, got {type(state).__name__}")
     if not (state.mu > 0 and state.raw > 0):

@@ -67,7 +67,7 @@ def advance_zones(before: ZoneState, psi: float, least_turn: float) -> ZoneState
     return replace(after, extreme=psi, zones=3) if abs(psi) > abs(after.psi_max) else after
 
 
-def turns_on_branch(state: ZoneState, psi: float) -> tuple[float, float]:
+def turns_from_rest_and_reversal(state: ZoneState, psi: float) -> tuple[float, float]:
     """The turn from rest and the turn since the last reversal, 0 in three zones [rad]."""
     return (psi, 0.0) if state.zones == 3 else (state.psi_max, psi - state.psi_max)
 
@@ -77,9 +77,12 @@ TorqueCurve = Callable[[float], tuple[float, float]]
 
 
 def zone_torque_curve(turns: tuple[float, float], F_N: float, k: float, rig: Rig) -> TorqueCurve:
-    """The torque over mu of a patch with three or five zones; turns [rad] as of `turns_on_branch`."""
+    """The torque over mu of a patch with three or five zones.
+
+    Turns are those of `turns_from_rest_and_reversal` [rad].
+    """
     # It works in place: a call takes a microsecond.
-    buffered = BufferedCall(_torque())
+    buffered = BufferedCall(_build_zone_torque())
     buffered.inputs[0][:] = (1.0, *turns, F_N, k, rig.a, rig.e)
 
     def torque(mu: float) -> tuple[float, float]:
@@ -92,7 +95,7 @@ def zone_torque_curve(turns: tuple[float, float], F_N: float, k: float, rig: Rig
 
 
 @cache
-def _torque() -> ca.Function:
+def _build_zone_torque() -> ca.Function:
     point = ca.SX.sym("point", len(POINT))
     mu, turn, turn_back, F_N, k, a, e = ca.vertsplit(point)
     rest = (F_N, mu, k, a, e)
@@ -156,7 +159,7 @@ def _zones_in_memory(angles: Iterable[float], least_turn: float) -> list[int]:
         if (farthest - memory.psi[-1]) * (angle - farthest) >= 0:
             farthest = angle
         elif abs(angle - farthest) > least_turn:
-            memory, farthest = memory.with_turn_back(farthest, 0.0), angle
+            memory, farthest = memory.with_new_point(farthest, 0.0), angle
         while (farthest - memory.closing_angle) * (farthest - memory.psi[-1]) > 0:
             # The curve goes on as if the last loop, or the first reversal, had never been.
             memory = memory.without_closed_loop()

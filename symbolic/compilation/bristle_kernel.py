@@ -17,18 +17,18 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 
-from symbolic.compilation.compiled import compiled_source
+from symbolic.compilation.compiled_function_cache import compiled_c_library
 from symbolic.compilation.scalar_c import c_function
 from symbolic.compilation.single_bristle_functions import (
     SHARED,
+    bristle_patch_of,
+    bristle_step_functions,
     coefficient_functions,
-    patch_of,
     sample_functions,
     sample_scalar_count,
-    series_functions,
-    step_functions,
+    series_element_functions,
 )
-from symbolic.elements_in_series import deflection_of
+from symbolic.elements_in_series import series_deflection
 from symbolic.errors import BrushgripError
 from symbolic.float_array import Array
 from symbolic.model import Model
@@ -69,36 +69,36 @@ class CompiledRecordingRun:
 @cache
 def bristle_kernel(model: Model) -> CompiledRecordingRun | None:
     """The loops of a model; None for the exact patch, and where there is no compiler or no C for it."""
-    if model.exact:
+    if model.uses_exact_patch:
         return None
     try:
         source = kernel_source(model)
     except (RuntimeError, BrushgripError):
         return None  # An effect that has no form in scalars, say a table.
-    library = compiled_source("bristle_kernel", source)
+    library = compiled_c_library("bristle_kernel", source)
     return None if library is None else CompiledRecordingRun(library)
 
 
 def kernel_source(model: Model) -> str:
     """The C of a model with bristles; RuntimeError or BrushgripError where an effect has no C here."""
-    patch, deflection = patch_of(model), deflection_of(model)
-    functions = sample_functions(model) | coefficient_functions(model) | step_functions(model)
+    patch, deflection = bristle_patch_of(model), series_deflection(model)
+    functions = sample_functions(model) | coefficient_functions(model) | bristle_step_functions(model)
     if deflection is not None:
-        functions |= series_functions(deflection)
+        functions |= series_element_functions(deflection)
     texts = (
         _in_single_precision(c_function(name, function, "float"))
         if name == "seek"
         else c_function(name, function, "double")
         for name, function in functions.items()
     )
-    stresses = patch.size // patch.bristles
+    stresses = patch.size // patch.bristle_count
     by_input = [f"stress_by[{s} * BRISTLES + i]" for s in range(stresses)]
     by_input += ["turn_by", "lever_by", "limit_by", *(f"shared_by[{i}]" for i in range(SHARED))]
     return (
         template_environment("symbolic.compilation")
         .get_template("bristle_kernel.c")
         .render(
-            bristles=patch.bristles,
+            bristles=patch.bristle_count,
             stresses=stresses,
             stress_at_i=", ".join(f"stress[{s} * BRISTLES + i]" for s in range(stresses)),
             single_stress_at_i=", ".join(f"(float)stress[{s} * BRISTLES + i]" for s in range(stresses)),
@@ -110,16 +110,21 @@ def kernel_source(model: Model) -> str:
             search_steps=model.search_steps,
             creep=patch.traits.creep is not None,
             compliant=deflection is not None,
-            nodes={n: _numbers(np.array(v)) for n, v in zip("uvw", patch.nodes(), strict=True)},
+            nodes={
+                n: _c_number_list(np.array(v))
+                for n, v in zip("uvw", patch.nodes_and_weights(), strict=True)
+            },
             functions="\n".join(texts).replace("static void ", "INLINE void "),
             place_partials=functions["place_partials"].nnz_out("partials"),
             step_partials=functions["advance"].nnz_out("partials"),
-            place_sums=_sums(
+            place_sums=_directional_derivative_sums(
                 functions["place_partials"].sparsity_out("partials"),
                 "place_by",
                 [f"scalars_by[{i}]" for i in range(sample_scalar_count(model))],
             ),
-            step_sums=_sums(functions["advance"].sparsity_out("partials"), "step_by", by_input),
+            step_sums=_directional_derivative_sums(
+                functions["advance"].sparsity_out("partials"), "step_by", by_input
+            ),
         )
     )
 
@@ -149,7 +154,7 @@ def _in_single_precision(text: str) -> str:
     return re.sub(r"\b(?:exp|fabs|natural_log|lesser|greater)\b", r"\g<0>f", suffixed)
 
 
-def _sums(jacobian: ca.Sparsity, kept: str, by: list[str]) -> list[str]:
+def _directional_derivative_sums(jacobian: ca.Sparsity, kept: str, by: list[str]) -> list[str]:
     """C of each row's derivative along a direction, from the nonzeros that an array keeps."""
     sums: list[list[str]] = [[] for _ in range(jacobian.size1())]
     for number, (row, column) in enumerate(zip(*jacobian.get_triplet(), strict=True)):
@@ -157,5 +162,5 @@ def _sums(jacobian: ca.Sparsity, kept: str, by: list[str]) -> list[str]:
     return [" + ".join(terms) or "0.0" for terms in sums]
 
 
-def _numbers(values: Array) -> str:
+def _c_number_list(values: Array) -> str:
     return ", ".join(repr(float(value)) for value in values.ravel())

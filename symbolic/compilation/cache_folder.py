@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 
 from symbolic.compilation.operating_system import LIBRARY_SUFFIX, user_id
-from symbolic.compilation.self_cleaning_folder import claim_folder
+from symbolic.compilation.self_cleaning_folder import create_locked_folder
 
 _LOG = logging.getLogger(__name__)
 LIBRARY = re.compile(r"\w+_[0-9a-f]{24}_[0-9a-f]{24}" + re.escape(LIBRARY_SUFFIX))
@@ -34,15 +34,15 @@ def private_cache() -> Path:
         return replacement_cache(folder, f"cannot be written ({error.strerror})")
     # Without links, whose targets might change later.
     folder = folder.resolve()
-    _close_to_group(folder)
-    if (reason := reason_for_distrust(folder) or _distrust_parents(folder)) is None:
+    _revoke_group_write(folder)
+    if (reason := reason_for_distrust(folder) or _reason_to_distrust_parents(folder)) is None:
         return folder
     return replacement_cache(folder, f"{reason}, and compiled code in it would be run unseen")
 
 
 def replacement_cache(folder: Path, reason: str) -> Path:
     """An empty cache for this process and its children; a warning says why."""
-    own, _ = claim_folder(Path(tempfile.gettempdir()))
+    own, _ = create_locked_folder(Path(tempfile.gettempdir()))
     atexit.register(_remove_if_in_process, os.getpid(), str(own))
     os.environ["BRUSHGRIP_CACHE"] = str(own)
     _LOG.warning(
@@ -52,7 +52,7 @@ def replacement_cache(folder: Path, reason: str) -> Path:
     return own
 
 
-def _close_to_group(folder: Path) -> None:
+def _revoke_group_write(folder: Path) -> None:
     """Remove the group's write permission from our folder, and libraries that it could have replaced.
 
     An earlier release made the folder so where the umask is 002, as it is where every user has a group.
@@ -68,7 +68,7 @@ def _close_to_group(folder: Path) -> None:
             library.unlink(missing_ok=True)
 
 
-def _distrust_parents(folder: Path) -> str | None:
+def _reason_to_distrust_parents(folder: Path) -> str | None:
     """Reason why other users could replace this folder through a parent of it; None if they cannot.
 
     Where the sticky bit is set, as for /tmp, nobody can rename a folder of another user. A folder in the

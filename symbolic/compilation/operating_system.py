@@ -48,7 +48,7 @@ def user_id() -> int | None:
     return os.geteuid() if hasattr(os, "geteuid") else None
 
 
-def kill_group(process: "subprocess.Popen[bytes]") -> None:
+def kill_process_group(process: "subprocess.Popen[bytes]") -> None:
     """Kills a process that began a session, with all that it has started; at least that process."""
     if hasattr(os, "killpg"):
         with suppress(ProcessLookupError):
@@ -56,7 +56,7 @@ def kill_group(process: "subprocess.Popen[bytes]") -> None:
     process.kill()
 
 
-def processor_description(field: str) -> str:
+def cpuinfo_value(field: str) -> str:
     """Value of a field of Linux's description of the processor; empty where it has none."""
     try:
         with open("/proc/cpuinfo", encoding="utf-8") as file:  # noqa: PTH123
@@ -87,7 +87,7 @@ def children_ignore_interrupts() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def terminate_main_thread() -> bool:
+def send_sigterm_to_main_thread() -> bool:
     """Has the main thread act on SIGTERM, whatever it waits for; False where nobody can."""
     if sys.platform == "win32":
         return False
@@ -105,7 +105,7 @@ class MemoryLimit:
         """`most` bytes beyond what the process has when the first thread asks."""
         self.most, self._lock, self._threads, self._usual = most, threading.Lock(), 0, (0, 0)
         if hasattr(os, "register_at_fork"):
-            os.register_at_fork(after_in_child=self._forked)
+            os.register_at_fork(after_in_child=self._reset_after_fork)
 
     @contextmanager
     def lowered(self) -> Iterator[None]:
@@ -134,7 +134,7 @@ class MemoryLimit:
             if soft == resource.RLIM_INFINITY or wanted < soft:
                 resource.setrlimit(resource.RLIMIT_AS, (wanted, hard))
 
-    def _forked(self) -> None:
+    def _reset_after_fork(self) -> None:
         """A child has none of the other threads: their limit and lock would stay for ever."""
         if sys.platform == "linux" and self._threads:
             resource.setrlimit(resource.RLIMIT_AS, self._usual)

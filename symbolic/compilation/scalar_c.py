@@ -41,7 +41,7 @@ MAX_INLINE_LENGTH = 80
 
 
 @dataclass(frozen=True)
-class Term:
+class CExpression:
     """C of a value."""
 
     # An expression; an operand of another one as it stands if it is a name, a number or a call.
@@ -52,11 +52,11 @@ class Term:
 
 
 @dataclass
-class _Writer:
+class _StatementWriter:
     real: str
     statements: list[str] = field(default_factory=list)
 
-    def named(self, term: Term, about: str = "") -> Term:
+    def store_in_variable(self, term: CExpression, about: str = "") -> CExpression:
         """The term as a variable of its own, unless it is a name or a number already."""
         if re.fullmatch(r"[\w.[\]]+", term.text):
             begin = (f"    const {self.real} {term.text} = ", f"    const bool {term.text} = ")
@@ -67,47 +67,47 @@ class _Writer:
         name = f"t{len(self.statements)}"
         kind = "bool" if term.is_condition else self.real
         self.statements.append(f"    const {kind} {name} = {unparenthesised(term.text)};{about}")
-        return Term(name, term.is_condition)
+        return CExpression(name, term.is_condition)
 
 
-def as_real(term: Term) -> str:
+def as_real(term: CExpression) -> str:
     """C of a value as a number."""
     return f"({term.text} ? 1.0 : 0.0)" if term.is_condition else term.text
 
 
-def c_operation(code: int, terms: Sequence[Term]) -> Term:
+def c_operation(code: int, terms: Sequence[CExpression]) -> CExpression:
     """C of one operation; BrushgripError where it has none here."""
     if code in LOGIC or (code == ca.OP_IF_ELSE_ZERO):
         conditions = [t.text if t.is_condition else f"({t.text} != 0.0)" for t in terms]
         if code == ca.OP_NOT:
-            return Term(f"(!{conditions[0]})", True)
+            return CExpression(f"(!{conditions[0]})", True)
         if code == ca.OP_IF_ELSE_ZERO:
             value = as_real(terms[1])
-            return Term(f"({conditions[0]} ? {value} : 0.0)", value_if=(conditions[0], value))
-        return Term(f"({conditions[0]} {INFIX[code]} {conditions[1]})", True)
+            return CExpression(f"({conditions[0]} ? {value} : 0.0)", value_if=(conditions[0], value))
+        return CExpression(f"({conditions[0]} {INFIX[code]} {conditions[1]})", True)
     if code == ca.OP_ADD and all(term.value_if for term in terms):
         # CasADi's if_else adds two choices, of which one is 0.
         (condition, value), (other, otherwise) = (term.value_if for term in terms if term.value_if)
         if other == f"(!{condition})":
-            return Term(f"({condition} ? {value} : {otherwise})")
+            return CExpression(f"({condition} ? {value} : {otherwise})")
     texts = [as_real(term) for term in terms]
     if code in INFIX:
-        return Term(f"({texts[0]} {INFIX[code]} {texts[1]})", code in COMPARISONS)
+        return CExpression(f"({texts[0]} {INFIX[code]} {texts[1]})", code in COMPARISONS)
     if code in CALLS:
-        if code in (ca.OP_FMIN, ca.OP_FMAX) and _is_number(texts[0]):
+        if code in (ca.OP_FMIN, ca.OP_FMAX) and _is_number_literal(texts[0]):
             # Compilers then know that the second is not NaN.
             texts.reverse()
-        return Term(f"{CALLS[code]}({', '.join(map(unparenthesised, texts))})")
+        return CExpression(f"{CALLS[code]}({', '.join(map(unparenthesised, texts))})")
     simple = {
         ca.OP_ASSIGN: "{0}", ca.OP_NEG: "(-{0})", ca.OP_SQ: "({0} * {0})", ca.OP_INV: "(1.0 / {0})",
         ca.OP_TWICE: "({0} + {0})", ca.OP_SIGN: "({0} > 0.0 ? 1.0 : ({0} < 0.0 ? -1.0 : 0.0))",
     }  # fmt: skip
     if code not in simple:
         raise BrushgripError(f"no C is known for operation {code} of CasADi")
-    return Term(simple[code].format(*texts))
+    return CExpression(simple[code].format(*texts))
 
 
-def needs_variable(code: int, term: Term, uses: int) -> bool:
+def needs_variable(code: int, term: CExpression, uses: int) -> bool:
     """Whether a term becomes a variable: used more than once, or longer than `MAX_INLINE_LENGTH`.
 
     Negations are excepted from the first, choices from the second.
@@ -126,7 +126,7 @@ class Comments:
     # Outputs that are no parameters in C: the statement that computes one gets a comment.
     between: Collection[str] = ()
 
-    def of(self, output: str, element: int) -> str:
+    def element_comment(self, output: str, element: int) -> str:
         """Comment of an element of an output; empty where none is known."""
         names = self.elements.get(output, ())
         return f" /* {names[element]} */" if element < len(names) else ""
@@ -146,7 +146,7 @@ def c_function(
     effect's own memory may. An operation that has no C here is a BrushgripError.
     """
     function = function.expand()
-    writer = _Writer(real)
+    writer = _StatementWriter(real)
     codes = [function.instruction_id(k) for k in range(function.n_instructions())]
     operands = _operands_of(function)
     needed = _live_instructions(function, operands, comments)
@@ -156,19 +156,19 @@ def c_function(
             weight = 2 if code in TWICE_USED else 1
             uses.update(dict.fromkeys(set(operands[k]), weight))
             uses.update(operands[k][1:] if len(set(operands[k])) < len(operands[k]) else [])
-    terms: dict[int, Term] = {}
-    section = _section_starts(function, comments)
+    terms: dict[int, CExpression] = {}
+    section = _section_titles_by_instruction(function, comments)
     for k, code in enumerate(codes):
         if k in section:
             writer.statements.append(f"    /* {section[k]} */")
         if code == ca.OP_OUTPUT:
             i, j = function.instruction_output(k)
             output, term = function.name_out(i), terms.get(operands[k][0])
-            about = comments.of(output, j)
+            about = comments.element_comment(output, j)
             if term is None:
                 continue
             if output in comments.between:
-                terms[operands[k][0]] = writer.named(term, about)
+                terms[operands[k][0]] = writer.store_in_variable(term, about)
             else:
                 text = unparenthesised(as_real(term))
                 writer.statements.append(f"    {output}[{j}] = {text};{about}")
@@ -176,15 +176,15 @@ def c_function(
         if k not in needed:
             continue
         if code == ca.OP_CONST:
-            terms[k] = Term(number_literal(function.instruction_constant(k), real))
+            terms[k] = CExpression(number_literal(function.instruction_constant(k), real))
         elif code == ca.OP_INPUT:
             i, j = function.instruction_input(k)
-            scalar = _is_scalar(function, i, vectors)
-            terms[k] = Term(function.name_in(i) + ("" if scalar else f"[{j}]"))
+            scalar = _is_scalar_input(function, i, vectors)
+            terms[k] = CExpression(function.name_in(i) + ("" if scalar else f"[{j}]"))
         else:
             term = c_operation(code, [terms[source] for source in operands[k]])
-            terms[k] = writer.named(term) if needs_variable(code, term, uses[k]) else term
-    return _definition(name, function, real, writer.statements, vectors, comments)
+            terms[k] = writer.store_in_variable(term) if needs_variable(code, term, uses[k]) else term
+    return _function_definition_text(name, function, real, writer.statements, vectors, comments)
 
 
 def _operands_of(function: ca.Function) -> dict[int, list[int]]:
@@ -216,7 +216,7 @@ def _live_instructions(
     return needed
 
 
-def _section_starts(function: ca.Function, comments: Comments) -> dict[int, str]:
+def _section_titles_by_instruction(function: ca.Function, comments: Comments) -> dict[int, str]:
     """Titles by the instruction after the last one of the output before."""
     titles, begin, before = dict[int, str](), 0, ""
     for k in range(function.n_instructions() if comments.sections else 0):
@@ -228,16 +228,16 @@ def _section_starts(function: ca.Function, comments: Comments) -> dict[int, str]
     return titles
 
 
-def _is_scalar(function: ca.Function, i: int, vectors: Collection[str]) -> bool:
+def _is_scalar_input(function: ca.Function, i: int, vectors: Collection[str]) -> bool:
     return bool(function.numel_in(i) == 1) and function.name_in(i) not in vectors
 
 
-def _definition(
+def _function_definition_text(
     name: str, function: ca.Function, real: str, statements: list[str], vectors: Collection[str],
     comments: Comments,
 ) -> str:  # fmt: skip
     inputs = [
-        f"{real} {function.name_in(i)}" if _is_scalar(function, i, vectors)
+        f"{real} {function.name_in(i)}" if _is_scalar_input(function, i, vectors)
         else f"const {real} *{function.name_in(i)}"
         for i in range(function.n_in()) if function.numel_in(i) > 0
     ]  # fmt: skip
@@ -255,7 +255,7 @@ def _definition(
     return f"static void {name}({', '.join([*inputs, *outputs])}) {{\n{body}\n}}\n"
 
 
-def c_records(name: str, columns: Mapping[str, Array], real: str) -> str:
+def c_struct_array(name: str, columns: Mapping[str, Array], real: str) -> str:
     """A type with a field a column, and a constant array of it: `name_t` and `name_of`."""
     count = len(next(iter(columns.values())))
     rows = [
@@ -277,7 +277,7 @@ def number_literal(value: float, real: str) -> str:
     return f"({value!r})" if value < 0 else repr(float(value))
 
 
-def _is_number(text: str) -> bool:
+def _is_number_literal(text: str) -> bool:
     return text.lstrip("(-").rstrip(")").replace(".", "").replace("e", "").replace("-", "").isdigit()
 
 

@@ -23,7 +23,7 @@ PREFIX = f".brushgrip-{re.sub(r'[^A-Za-z0-9]', '', platform.node())[:32]}-"
 @contextmanager
 def temporary_folder(parent: Path) -> Iterator[Path]:
     """An empty folder in this one, removed at the end, abandoned ones first; OSError if it cannot be."""
-    folder, lock = claim_folder(parent)
+    folder, lock = create_locked_folder(parent)
     try:
         yield folder
     finally:
@@ -32,7 +32,7 @@ def temporary_folder(parent: Path) -> Iterator[Path]:
             os.close(lock)
 
 
-def claim_folder(parent: Path) -> tuple[Path, int | None]:
+def create_locked_folder(parent: Path) -> tuple[Path, int | None]:
     """An empty folder in this one, which stays, and the descriptor that locks it until the process ends.
 
     None for a descriptor where nothing can be locked.

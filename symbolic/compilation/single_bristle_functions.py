@@ -13,14 +13,14 @@ import casadi as ca
 from symbolic.bristle_patch import BristlePatch
 from symbolic.bristle_slip import log_speed_search, slip_at_log_speed
 from symbolic.casadi_functions import named_function
-from symbolic.elements_in_series import build_series_torque
+from symbolic.elements_in_series import build_linear_patch_balance
 from symbolic.model import (
     GEOMETRY,
     SIGNALS,
     Model,
-    add_torques,
-    sample_at_the_patch,
-    torque_of_memories,
+    add_effect_torques,
+    effect_memory_torque,
+    transform_sample_by_effects,
 )
 from symbolic.patch_interface import Expression, Signals, patch_inputs
 
@@ -43,16 +43,16 @@ class BristleAtPlace(BristlePatch):
     place: tuple[Expression, Expression, Expression]
 
     @property
-    def bristles(self) -> int:
+    def bristle_count(self) -> int:
         """One."""
         return 1
 
-    def nodes(self) -> tuple[Expression, Expression, Expression]:
+    def nodes_and_weights(self) -> tuple[Expression, Expression, Expression]:
         """Place and weight."""
         return self.place
 
 
-def patch_of(model: Model, theta: Expression | None = None) -> BristlePatch:
+def bristle_patch_of(model: Model, theta: Expression | None = None) -> BristlePatch:
     """The bristles of a model, with the traits at a parameter vector."""
     patch = model.patch(theta)
     assert isinstance(patch, BristlePatch)
@@ -72,38 +72,40 @@ def sample_functions(model: Model) -> Functions:
     along = {f"{name}_by": ca.SX.sym(f"{name}_by", length) for name, length in lengths.items()}
     signals = ca.SX.sym("signals", len(SIGNALS))
     factors = ca.vertcat(*(moving["load"] if name == "F_N" else 1 for name in SIGNALS))
-    own = model.split_own(moving["own"])
-    patch_signals, memories, factor = sample_at_the_patch(model, own, signals * factors, moving["theta"])
+    own = model.split_effect_memories(moving["own"])
+    patch_signals, memories, factor = transform_sample_by_effects(
+        model, own, signals * factors, moving["theta"]
+    )
     scalars = ca.vertcat(
         *(getattr(patch_signals, name) for name in SIGNALS), factor,
-        torque_of_memories(memories, model, moving["theta"]), moving["theta"], moving["geometry"]
+        effect_memory_torque(memories, model, moving["theta"]), moving["theta"], moving["geometry"]
     )  # fmt: skip
     after = ca.vertcat(*memories) if size else ca.SX(0, 1)
     moved = ca.vertcat(*moving.values()), ca.vertcat(*along.values())
     results = [after, scalars, ca.jtimes(after, *moved), ca.jtimes(scalars, *moved)]
     after, scalars, after_by, scalars_by = ca.substitute(results, [moving.pop("load")], [ca.SX(1)])
     inputs = {"own": moving["own"], "signals": signals, **moving}
-    z, z_by = _symbols(model)
-    patch_signals, _, theta, _ = _parts(model, z)
-    beside = add_torques(z[SCALARS.index("memory_torque")], model, patch_signals, theta)
+    z, z_by = _sample_scalar_symbols(model)
+    patch_signals, _, theta, _ = _split_sample_scalars(model, z)
+    beside = add_effect_torques(z[SCALARS.index("memory_torque")], model, patch_signals, theta)
     return {
-        "sample": _function("sample", inputs, {"own_next": after, "scalars": scalars}),
-        "sample_along": _function(
+        "sample": _dense_function("sample", inputs, {"own_next": after, "scalars": scalars}),
+        "sample_along": _dense_function(
             "sample_along", inputs | along, {"own_next_by": after_by, "scalars_by": scalars_by}
         ),
-        "beside": _function("beside", {"z": z}, {"torque": beside}),
-        "beside_along": _function(
+        "beside": _dense_function("beside", {"z": z}, {"torque": beside}),
+        "beside_along": _dense_function(
             "beside_along", {"z": z, "z_by": z_by}, {"torque_by": ca.jtimes(beside, z, z_by)}
         ),
     }
 
 
-def _symbols(model: Model) -> tuple[ca.SX, ca.SX]:
+def _sample_scalar_symbols(model: Model) -> tuple[ca.SX, ca.SX]:
     """A sample's scalars, and their derivative along a direction."""
     return ca.SX.sym("z", sample_scalar_count(model)), ca.SX.sym("z_by", sample_scalar_count(model))
 
 
-def _parts(model: Model, z: ca.SX) -> tuple[Signals, ca.SX, ca.SX, ca.SX]:
+def _split_sample_scalars(model: Model, z: ca.SX) -> tuple[Signals, ca.SX, ca.SX, ca.SX]:
     """Signals at the patch, factor on friction, theta and geometry, out of a sample's scalars."""
     *signals, factor, _ = ca.vertsplit(z[: len(SCALARS)])
     theta, geometry = ca.vertsplit(
@@ -114,24 +116,26 @@ def _parts(model: Model, z: ca.SX) -> tuple[Signals, ca.SX, ca.SX, ca.SX]:
 
 def coefficient_functions(model: Model) -> Functions:
     """Coefficients of a bristle and those that all share, with their derivatives."""
-    z, z_by = _symbols(model)
-    signals, factor, theta, geometry = _parts(model, z)
+    z, z_by = _sample_scalar_symbols(model)
+    signals, factor, theta, geometry = _split_sample_scalars(model, z)
     u, v, w = (ca.SX.sym(name) for name in "uvw")
-    one = BristleAtPlace(traits=patch_of(model, theta).traits, place=(u, v, w))
+    one = BristleAtPlace(traits=bristle_patch_of(model, theta).traits, place=(u, v, w))
     coefficients = one.coefficients(patch_inputs(signals, factor, theta, geometry))
     own, shared = coefficients[: len(PLACES)], coefficients[len(PLACES) :]
     inputs = {"u": u, "v": v, "w": w, "z": z}
     return {
-        "place": _function("place", inputs, dict(zip(PLACES, ca.vertsplit(own), strict=True))),
-        "place_partials": _function("place_partials", inputs, {}, partials=ca.jacobian(own, z)),
-        "share": _function("share", {"z": z}, {"shared": shared}),
-        "share_along": _function(
+        "place": _dense_function("place", inputs, dict(zip(PLACES, ca.vertsplit(own), strict=True))),
+        "place_partials": _dense_function("place_partials", inputs, {}, partials=ca.jacobian(own, z)),
+        "share": _dense_function("share", {"z": z}, {"shared": shared}),
+        "share_along": _dense_function(
             "share_along", {"z": z, "z_by": z_by}, {"shared_by": ca.jtimes(shared, z, z_by)}
         ),
     }
 
 
-def _step(model: Model) -> tuple[dict[str, ca.SX], ca.SX, ca.SX, tuple[Expression, ...] | None]:
+def _bristle_step_expressions(
+    model: Model,
+) -> tuple[dict[str, ca.SX], ca.SX, ca.SX, tuple[Expression, ...] | None]:
     """Inputs, a bristle's stresses after its step, what the search found, and what it searches by."""
     # What is found is an input: the search is not differentiated.
     found = ca.SX.sym("found", FOUND)
@@ -142,7 +146,7 @@ def _step(model: Model) -> tuple[dict[str, ca.SX], ca.SX, ca.SX, tuple[Expressio
         return list(ca.vertsplit(found))
 
     # The traits say which laws there are; their numbers are among the coefficients.
-    one = BristleAtPlace(traits=patch_of(model).traits, place=(0, 0, 0), solver=solve)
+    one = BristleAtPlace(traits=bristle_patch_of(model).traits, place=(0, 0, 0), solver=solve)
     stresses = {f"stress_{s}": ca.SX.sym(f"stress_{s}") for s in range(one.size)}
     rest = {name: ca.SX.sym(name) for name in ("turn", "lever", "limit")}
     shared = ca.SX.sym("shared", SHARED)
@@ -152,9 +156,9 @@ def _step(model: Model) -> tuple[dict[str, ca.SX], ca.SX, ca.SX, tuple[Expressio
     return {**stresses, **rest, "shared": shared}, after, found, calls[0] if calls else None
 
 
-def step_functions(model: Model) -> Functions:
+def bristle_step_functions(model: Model) -> Functions:
     """The step of a bristle, what it follows of the turn, and its derivatives."""
-    inputs, after, found, searched = _step(model)
+    inputs, after, found, searched = _bristle_step_expressions(model)
     follow = ca.jtimes(after, inputs["turn"], ca.SX(1))
     partials = ca.jacobian(after, ca.vertcat(*inputs.values()))
     functions, given = {}, inputs
@@ -163,37 +167,39 @@ def step_functions(model: Model) -> Functions:
         log_speed = ca.SX.sym("log_speed")
         sought = log_speed_search(1, 2).expand()(*searched)
         results = ca.vertcat(*slip_at_log_speed(1).expand()(*searched, log_speed))
-        functions["seek"] = _function("seek", inputs, {"log_speed": sought})
-        functions["find"] = _function("find", {**inputs, "log_speed": log_speed}, {"found": results})
+        functions["seek"] = _dense_function("seek", inputs, {"log_speed": sought})
+        functions["find"] = _dense_function(
+            "find", {**inputs, "log_speed": log_speed}, {"found": results}
+        )
     outputs: dict[str, Any] = {"after": after, "follow": follow}
     return functions | {
-        "tangent": _function("tangent", given, outputs),
-        "advance": _function("advance", given, outputs, partials=partials),
+        "tangent": _dense_function("tangent", given, outputs),
+        "advance": _dense_function("advance", given, outputs, partials=partials),
     }
 
 
-def series_functions(deflection: ca.Function) -> Functions:
+def series_element_functions(deflection: ca.Function) -> Functions:
     """The deflection of what is in series, its derivatives, and its balance with a linear patch."""
     size = deflection.numel_in(1)
     M, elements, along = ca.SX.sym("M"), ca.SX.sym("elements", size), ca.SX.sym("elements_by", size)
     slope, rigid = ca.SX.sym("slope"), ca.SX.sym("rigid")
     turn = deflection.expand()(M, elements)
     inputs = {"M": M, "elements": elements}
-    balanced = build_series_torque(deflection).expand()(rigid, slope, elements)
+    balanced = build_linear_patch_balance(deflection).expand()(rigid, slope, elements)
     return {
-        "deflection": _function("deflection", inputs, {"turn": turn}),
-        "compliance": _function("compliance", inputs, {"by_torque": ca.jacobian(turn, M)}),
-        "deflection_along": _function(
+        "deflection": _dense_function("deflection", inputs, {"turn": turn}),
+        "compliance": _dense_function("compliance", inputs, {"by_torque": ca.jacobian(turn, M)}),
+        "deflection_along": _dense_function(
             "deflection_along", inputs | {"elements_by": along},
             {"turn_by": ca.jtimes(turn, elements, along)},
         ),
-        "balance": _function(
+        "balance": _dense_function(
             "balance", {"rigid": rigid, "slope": slope, "elements": elements}, {"M": balanced}
         ),
     }  # fmt: skip
 
 
-def _function(
+def _dense_function(
     name: str, inputs: dict[str, Any], outputs: dict[str, Any], **sparse: ca.SX
 ) -> ca.Function:
     """A Function whose outputs are dense, but for the last ones: of these C has the nonzeros."""

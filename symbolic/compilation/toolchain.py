@@ -6,7 +6,7 @@ import subprocess
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from symbolic.compilation.operating_system import COMPILERS, IS_WINDOWS, kill_group
+from symbolic.compilation.operating_system import COMPILERS, IS_WINDOWS, kill_process_group
 
 MICROSOFT = ("cl", "clang-cl")
 """Compilers that take Microsoft's options."""
@@ -48,7 +48,7 @@ def run_compiler(line: Sequence[str], folder: Path) -> None:
         try:
             status = running.wait(timeout=300)
         except BaseException:
-            kill_group(running)
+            kill_process_group(running)
             running.wait()
             raise
     if status:

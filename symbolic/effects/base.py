@@ -69,7 +69,7 @@ class Parameter:
     fixed: bool = False
 
     @property
-    def coordinate(self) -> str:
+    def coordinate_name(self) -> str:
         """Name under which hooks find the value that the solver moves: the name, or "1/name"."""
         return f"1/{self.name}" if self.inverse else self.name
 
@@ -171,12 +171,12 @@ class Effect:
         return type(self).scope_of is not Effect.scope_of
 
     @property
-    def of_recordings(self) -> bool:
+    def is_per_recording(self) -> bool:
         """Whether every recording has values of its own of all its parameters, as of a torque zero."""
         return {parameter.scope for parameter in self.parameters} == {"recording"}
 
     @property
-    def remembers_torque(self) -> bool:
+    def adds_torque_from_memory(self) -> bool:
         """Whether its own memory adds to the torque: it has `torque_of_memory`."""
         return type(self).torque_of_memory is not Effect.torque_of_memory
 
@@ -251,13 +251,13 @@ class Composition(Hashable, Protocol):
     def patch(self, theta: Expression | None = None) -> Patch:
         """The patch."""
 
-    def symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
+    def input_symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
         """Symbols for signals, theta and geometry."""
 
-    def values(self, theta: Expression) -> Sequence[tuple[Effect, Values]]:
+    def values_by_effect(self, theta: Expression) -> Sequence[tuple[Effect, Values]]:
         """Each effect with its parameters."""
 
-    def split(self, memory: Expression) -> tuple[Expression, Expression, list[Expression]]:
+    def split_memory(self, memory: Expression) -> tuple[Expression, Expression, list[Expression]]:
         """Patch angle, patch memory, and each effect's own memory."""
 
 

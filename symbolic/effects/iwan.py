@@ -56,7 +56,7 @@ class IwanContact(Effect):
         """Replace the parabola by the limits of the elements, over the pressure of one unit of load."""
         early, late, plateau = values["early"], values["late"], values["plateau"]
         # The total limit is 3/8 for the parabola, and a Beta function for the elements.
-        level = 0.1875 * plateau / beta((3 - late) / plateau, early + 1)
+        level = 0.1875 * plateau / beta_function((3 - late) / plateau, early + 1)
 
         def factor(u: Expression) -> Expression:
             place = ca.log(ca.fmax(ca.fabs(u), MIN_ELEMENT_U))
@@ -70,7 +70,7 @@ EFFECTS = (IwanContact(),)
 """For `--effects symbolic.effects.iwan`: no search tries them unless asked to."""
 
 
-def beta(p: Expression, q: Expression) -> Expression:
+def beta_function(p: Expression, q: Expression) -> Expression:
     """Euler's Beta function of arguments > 0, which casadi lacks [1]."""
     return ca.exp(_log_gamma(p) + _log_gamma(q) - _log_gamma(p + q))
 

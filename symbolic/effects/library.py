@@ -20,7 +20,7 @@ ON_REQUEST = ("iwan",)
 """Modules whose effects replace what a wheel is; a search tries them only where it is asked to."""
 
 
-def _effects_of(modules: Iterable[str]) -> dict[str, Effect]:
+def _effects_defined_in(modules: Iterable[str]) -> dict[str, Effect]:
     """One object of each subclass of `Effect` that these modules of this package define, by its name."""
     found = {}
     for name in modules:
@@ -36,12 +36,12 @@ def _effects_of(modules: Iterable[str]) -> dict[str, Effect]:
     return found
 
 
-EFFECTS = _effects_of(
+EFFECTS = _effects_defined_in(
     sorted({module.name for module in iter_modules(package.__path__)} - {*NO_EFFECTS, *ON_REQUEST})
 )
 CANDIDATES = EFFECTS | GROUND_SCOPES
 """Effects that the search tries."""
-KNOWN = CANDIDATES | _effects_of(ON_REQUEST)
+KNOWN = CANDIDATES | _effects_defined_in(ON_REQUEST)
 """Effects that a model file, or a list of candidates, may name."""
 
 

@@ -54,18 +54,18 @@ class SensorDelay(Effect):
         # The newest sample always stands first; the one before it stays if it is far from the next.
         # Ages differ, as no sample takes less than `symbolic.model.MIN_PERIOD`.
         keeps = ages[1] - ages[0] >= SPACING
-        ages = _pushed(ages, 0, keeps)
+        ages = _push_newest_sample(ages, 0, keeps)
         span = ages[1:] - ages[:-1]
         into = ca.fmax(0, ca.fmin(1, (values["delay"] - ages[:-1]) / span))
         late, parts = {}, [ages]
         for number, channel in enumerate(CHANNELS, start=1):
             past = memory[number * DEPTH : (number + 1) * DEPTH]
-            values_ago = _pushed(past, getattr(signals, channel), keeps)
+            values_ago = _push_newest_sample(past, getattr(signals, channel), keeps)
             late[channel] = values_ago[0] + ca.dot(into, values_ago[1:] - values_ago[:-1])
             parts.append(values_ago)
         return replace(signals, **late), ca.vertcat(*parts)
 
 
-def _pushed(past: Expression, newest: Expression, keeps: Expression) -> Expression:
+def _push_newest_sample(past: Expression, newest: Expression, keeps: Expression) -> Expression:
     """The newest value in front; behind it all of the past, or the past without its first."""
     return ca.vertcat(newest, ca.if_else(keeps, past[:-1], past[1:]))

@@ -56,7 +56,7 @@ class ModelError:
             )
 
     @property
-    def share(self) -> float:
+    def share_of_torque(self) -> float:
         """The error as a share of the torque that there is [1]; the spread where that is not told."""
         return self.spread if self.relative is None else self.relative
 
@@ -136,7 +136,7 @@ class FoundModel:
         if self.k_std is not None and not 0 <= self.k_std < math.inf:
             raise InvalidInputError(f"k_std must be a finite number of at least 0, got {self.k_std}")
 
-    def with_known_stiffness(self, rig: Rig, declared: float, ground: str | None = None) -> Rig:
+    def rig_with_stiffness_tolerance(self, rig: Rig, declared: float, ground: str | None = None) -> Rig:
         """The rig with the tolerance of this model's k: that of the declared k is of another number.
 
         It is as wide as the diagnosis knows k. What k is off by may be the tyre or the torque's scale:
@@ -152,7 +152,7 @@ class FoundModel:
             InvalidInputError: k is farther from the declared one than `OTHER_SCALE` allows.
         """
         k, tolerance = self.values_for_estimation(ground).get("k", declared), rig.tolerances.k
-        if is_of_other_scale(k, declared, tolerance):
+        if is_stiffness_implausible(k, declared, tolerance):
             raise InvalidInputError(
                 f"the model's stiffness k is {k:.3g} N/m^2, {k / declared:.2g} times the declared one; a"
                 " torque or an angle in another unit or before a gear, or a wrong load or half-length,"
@@ -167,13 +167,13 @@ class FoundModel:
         scale = math.hypot(rig.tolerances.scale, scale)
         return replace(rig, tolerances=replace(rig.tolerances, k=known, scale=scale))
 
-    def values_for(
+    def values_for_recording(
         self, recording: str, mu: float | None = None, ground: str | None = None
     ) -> dict[str, float]:
         """All parameter values for a recording.
 
         A recording that the file does not know gets `mu` and the neutral value of whatever else
-        belongs to a recording, as a torque zero. For grounds see `on_ground`.
+        belongs to a recording, as a torque zero. For grounds see `values_on_ground`.
 
         Raises:
             InvalidInputError: neither the file nor the caller gives mu.
@@ -188,13 +188,13 @@ class FoundModel:
             )
         return {**self.values_for_estimation(ground, tared=True), **own}
 
-    def on_ground(self, ground: str | None = None) -> dict[str, float]:
+    def values_on_ground(self, ground: str | None = None) -> dict[str, float]:
         """Value of a ground; the mean over grounds where this one is unknown or none of them."""
         known = self.grounds.get(ground) if ground is not None else None
         return mean_over_grounds(self.grounds) if known is None else dict(known)
 
-    def ground_taken(self, ground: str | None = None) -> str:
-        """The ground whose values `on_ground` takes, in words; empty where there is no ground."""
+    def ground_used_text(self, ground: str | None = None) -> str:
+        """The ground whose values `values_on_ground` takes, in words; empty where there is no ground."""
         if not self.grounds:
             return "" if ground is None else f"{ground}: the model has the same values on every ground"
         if ground in self.grounds:
@@ -208,7 +208,7 @@ class FoundModel:
         """All parameter values but mu for a recording to come, as an observer needs them.
 
         Other parameters of a recording, such as a torque zero, have their neutral values. For grounds
-        see `on_ground`.
+        see `values_on_ground`.
 
         Args:
             ground: the ground whose values are taken.
@@ -221,11 +221,11 @@ class FoundModel:
             if parameter.neutral is not None
             and (parameter.scope == "recording" or (effect is not None and effect.tare and not tared))
         }
-        values = {**self.tyre, **self.on_ground(ground), **neutral}
+        values = {**self.tyre, **self.values_on_ground(ground), **neutral}
         return {name: value for name, value in values.items() if name != "mu"}
 
 
-def is_of_other_scale(k: float, declared: float, tolerance: float | None) -> bool:
+def is_stiffness_implausible(k: float, declared: float, tolerance: float | None) -> bool:
     """Whether a stiffness that was found is farther from the declared one than `OTHER_SCALE` allows.
 
     All are in N/m^2; the tolerance is None where none is declared.

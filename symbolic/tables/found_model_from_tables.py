@@ -43,8 +43,8 @@ def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> Found
     parameters = {parameter_name(effect, parameter): parameter for effect, parameter in model.parameters}
     _check_units(document.get("units", {}), units_of(model))
     key = "shared" if "shared" in document and "tyre" not in document else "tyre"
-    tyre = _numbers(key, document.get(key))
-    grounds, own, rig = (_tables(document, name) for name in ("grounds", "recordings", "rig"))
+    tyre = _number_table(key, document.get(key))
+    grounds, own, rig = (_tables_of_section(document, name) for name in ("grounds", "recordings", "rig"))
     for place, table in {key: tyre, **grounds, **own}.items():
         _check_names(place, table, parameters, "the model has")
         for name, value in table.items():
@@ -61,8 +61,8 @@ def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> Found
         {place.split(".", 1)[1]: table for place, table in tables.items()}
         for tables in (grounds, own, rig)
     )
-    error, basis = _model_error(document), _basis(document)
-    std = _numbers("std", document.get("std", {}))
+    error, basis = _parse_model_error(document), _parse_model_basis(document)
+    std = _number_table("std", document.get("std", {}))
     _check_names("std", std, {"k"} & set(tyre), "allowed:")
     return FoundModel(
         model=model, tyre=tyre, own=own, grounds=grounds, rig=rig, error=error, basis=basis,
@@ -91,25 +91,25 @@ def _check_names(place: str, names: Iterable[str], allowed: Iterable[str], these
             )
 
 
-def _tables(document: Mapping[str, Any], name: str) -> dict[str, dict[str, float]]:
+def _tables_of_section(document: Mapping[str, Any], name: str) -> dict[str, dict[str, float]]:
     """The tables of a section, each under the name of the section and its own."""
     tables = document.get(name, {})
     if not isinstance(tables, dict):
         owner = "ground" if name == "grounds" else "recording"
         raise InvalidInputError(f"{name!r} must hold one table per {owner}")
-    return {f"{name}.{each}": _numbers(f"{name}.{each}", table) for each, table in tables.items()}
+    return {f"{name}.{each}": _number_table(f"{name}.{each}", table) for each, table in tables.items()}
 
 
-def _numbers(place: str, table: object) -> dict[str, float]:
+def _number_table(place: str, table: object) -> dict[str, float]:
     if not isinstance(table, dict):
         raise InvalidInputError(f"{place!r} must be a table of numbers")
     return floats(place, table)
 
 
-def _model_error(document: Mapping[str, Any]) -> ModelError | None:
+def _parse_model_error(document: Mapping[str, Any]) -> ModelError | None:
     if document.get("model_error") is None:
         return None
-    values = _numbers("model_error", document["model_error"])
+    values = _number_table("model_error", document["model_error"])
     required, further = {"correlation_time", "spread"}, {"relative", "friction_walk"}
     if not required <= set(values) <= required | further:
         raise InvalidInputError(
@@ -120,7 +120,7 @@ def _model_error(document: Mapping[str, Any]) -> ModelError | None:
         return ModelError(**values)
 
 
-def _basis(document: Mapping[str, Any]) -> ModelBasis | None:
+def _parse_model_basis(document: Mapping[str, Any]) -> ModelBasis | None:
     table = document.get("basis")
     if table is None:
         return None

@@ -43,8 +43,8 @@ def rig_from_tables(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
             range, or a length is one in millimetres.
     """
     refuse_unknown_sections(document, ("rig", "tyre", "sensor", SIGNALS))
-    rig, tolerances = _without_tolerances("rig", document.get("rig"))
-    tyre, of_tyre = _without_tolerances("tyre", document.get("tyre"))
+    rig, tolerances = _section_values_and_tolerances("rig", document.get("rig"))
+    tyre, of_tyre = _section_values_and_tolerances("tyre", document.get("tyre"))
     tolerances |= of_tyre
     if isinstance(rig, dict):
         for name, neutral in NEUTRAL.items():
@@ -53,8 +53,8 @@ def rig_from_tables(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
                     f"[rig] {name} must have the value {neutral:g}: it has a tolerance alone;"
                     " correct the recordings instead"
                 )
-    values = _section("rig", rig) | _section("tyre", tyre)
-    values |= _section("sensor", document.get("sensor", {}))
+    values = _checked_section_numbers("rig", rig) | _checked_section_numbers("tyre", tyre)
+    values |= _checked_section_numbers("sensor", document.get("sensor", {}))
     return rig_and_tyre(values, tolerances=tolerances)
 
 
@@ -66,17 +66,19 @@ def refuse_unknown_sections(document: Mapping[str, object], sections: Sequence[s
             raise InvalidInputError(f"unknown section or key {excerpt(name)}; allowed: {allowed}")
 
 
-def _without_tolerances(part: str, section: object) -> tuple[Any, dict[str, float]]:
+def _section_values_and_tolerances(part: str, section: object) -> tuple[Any, dict[str, float]]:
     """A section with values alone, and the tolerances that stood beside them."""
     if not isinstance(section, dict):
         return section, {}
     allowed = [name for name in TOLERATED if (name == "k") == (part == "tyre")]
-    pairs = {n: _with_tolerance(part, n, value) for n, value in section.items() if n in allowed}
+    pairs = {
+        n: _entry_value_and_tolerance(part, n, value) for n, value in section.items() if n in allowed
+    }
     tolerances = floats(f"[{part}]", {n: t for n, (_, t) in pairs.items() if t is not None})
     return section | {name: value for name, (value, _) in pairs.items()}, tolerances
 
 
-def _with_tolerance(part: str, name: str, entry: object) -> tuple[Any, Any]:
+def _entry_value_and_tolerance(part: str, name: str, entry: object) -> tuple[Any, Any]:
     """The value of an entry and its tolerance, None where it has none."""
     if not isinstance(entry, dict):
         return entry, None
@@ -123,7 +125,7 @@ def rig_and_tyre(
     return Rig(**rig, **sensor, tolerances=within), Tyre(**tyre)
 
 
-def _section(name: str, section: object) -> dict[str, float]:
+def _checked_section_numbers(name: str, section: object) -> dict[str, float]:
     allowed = ", ".join(f"{key} ({words})" if words else key for key, words in ALLOWED[name].items())
     if not isinstance(section, dict):
         raise InvalidInputError(f"section [{name}] is missing; it holds {allowed}")

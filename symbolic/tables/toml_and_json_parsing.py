@@ -77,14 +77,14 @@ def parse_toml(content: bytes) -> dict[str, Any]:
 def parse_json(content: bytes) -> Any:
     """The value of JSON; refused where not UTF-8, not JSON, or with one key twice in an object."""
     try:
-        return json.loads(content.decode("utf-8-sig"), object_pairs_hook=_object)
+        return json.loads(content.decode("utf-8-sig"), object_pairs_hook=_object_without_duplicates)
     except InvalidInputError:
         raise
     except (ValueError, RecursionError) as error:
         raise InvalidInputError(f"not a JSON file: {error}") from None
 
 
-def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _object_without_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     """The members of an object; Python alone would take the last of two."""
     members = dict(pairs)
     if len(members) < len(pairs):

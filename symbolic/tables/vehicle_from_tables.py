@@ -86,7 +86,7 @@ def vehicle_from_tables(document: Mapping[str, object]) -> Vehicle:
                 )
             values[name] = entry
         elif name == RATIO_TABLE:
-            values[name] = _pairs(entry)
+            values[name] = _rack_by_handwheel_pairs(entry)
         elif name != "tyre":
             values[name] = _number(name, entry)
     try:
@@ -110,7 +110,7 @@ def tyre_width_and_radius(size: object) -> dict[str, float]:
     }
 
 
-def _pairs(entry: object) -> tuple[tuple[float, ...], ...]:
+def _rack_by_handwheel_pairs(entry: object) -> tuple[tuple[float, ...], ...]:
     """Pairs of numbers, without that of the middle."""
     pairs = entry if isinstance(entry, list) else []
     if not pairs or not all(isinstance(p, list) and len(p) == 2 for p in pairs):

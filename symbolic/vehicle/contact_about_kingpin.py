@@ -48,10 +48,13 @@ class Contact:
     r_s: float
 
     @classmethod
-    def of(cls, vehicle: Vehicle, *, brakes: bool) -> "Contact":
+    def from_vehicle(cls, vehicle: Vehicle, *, brakes: bool) -> "Contact":
         """That of a vehicle whose wheels are held by the brakes, or roll about the kingpin."""
         return cls(
-            vehicle.a, vehicle.width / 2, NOSE * vehicle.trail, vehicle.scrub_radius if brakes else 0.0
+            vehicle.a,
+            vehicle.patch_width / 2,
+            NOSE * vehicle.trail,
+            vehicle.scrub_radius if brakes else 0.0,
         )
 
     @property
@@ -111,9 +114,9 @@ def contact_offset_from_kingpin(vehicle: Vehicle, psi: float, side: int) -> tupl
 
 
 @cache
-def growth_to_full_lock(vehicle: Vehicle, *, brakes: bool) -> ContactGrowthWithAngle:
+def contact_growth_at_full_lock(vehicle: Vehicle, *, brakes: bool) -> ContactGrowthWithAngle:
     """Growth of the contacts' torque and stiffness at full lock, as means of both wheels."""
-    straight, lock = Contact.of(vehicle, brakes=brakes), lock_angle(vehicle)
+    straight, lock = Contact.from_vehicle(vehicle, brakes=brakes), lock_angle(vehicle)
     points = [contact_offset_from_kingpin(vehicle, lock, side) for side in (1, -1)]
     mean = (points[0][0] + points[1][0]) / 2
     both = [replace(straight, e=straight.e + e - mean, r_s=r_s * brakes) for e, r_s in points]

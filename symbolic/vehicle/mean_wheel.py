@@ -28,16 +28,16 @@ from symbolic.patch_interface import Expression
 from symbolic.patch_moment import full_slide_arm, unit_corner_moment
 from symbolic.vehicle.contact_about_kingpin import (
     Contact,
-    growth_to_full_lock,
+    contact_growth_at_full_lock,
     kingpin_axis,
     pressures_and_arms,
 )
 from symbolic.vehicle.steering import (
     inverse_lever_growth,
     jacking_torque,
-    lever,
     lock_angle,
-    mean_angle,
+    mean_wheel_angle,
+    rack_lever,
     sine_and_cosine,
 )
 from symbolic.vehicle.vehicle import STD_PER_TOLERANCE, Vehicle, VehicleTolerances
@@ -64,18 +64,20 @@ def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
         brakes: whether the wheels are held; None for what the vehicle says.
     """
     held = vehicle.brakes if brakes is None else brakes
-    contact, tolerances = Contact.of(vehicle, brakes=held), vehicle.tolerances
+    contact, tolerances = Contact.from_vehicle(vehicle, brakes=held), vehicle.tolerances
     upright = float(kingpin_axis(vehicle)[2])
     arm, stiffness = upright * contact.slide_arm, upright**2 * contact.stiffness
     calibrated = vehicle.slide_factor is not None
     arm *= vehicle.slide_factor or 1.0
     a = arm / full_slide_arm(1.0, OFFSET)
-    k = COMPLIANCE * vehicle.k * stiffness * stiffness_factor(contact)
+    k = COMPLIANCE * vehicle.k * stiffness * equivalent_stiffness_factor(contact)
     k /= unit_corner_moment(0.0, a, OFFSET * a)
     # The lever turns force into torque, and way into angle, so that it counts twice for the stiffness.
-    by_contact = hypot(*_spreads("stiffness", contact, tolerances).values(), 2 * tolerances.geometry)
+    by_contact = hypot(
+        *_tolerance_parts("stiffness", contact, tolerances).values(), 2 * tolerances.geometry
+    )
     # Under another load than that at which it was measured, k may be as it was, or go with 1/load.
-    beside = vehicle.load_change if calibrated else by_contact
+    beside = vehicle.relative_load_change if calibrated else by_contact
     k_share = hypot(tolerances.stiffness, beside)
     # A stiffness that was measured has rods and suspension in it.
     k_std = hypot(STD_PER_TOLERANCE * k_share, 0.0 if calibrated else COMPLIANCE_SPREAD)
@@ -105,13 +107,13 @@ def friction_uncertainties(vehicle: Vehicle, *, brakes: bool) -> dict[str, float
     measured `slide_factor` has the errors of all of them in it; a load that has changed since has
     changed the half-length.
     """
-    contact, tolerances = Contact.of(vehicle, brakes=brakes), vehicle.tolerances
-    arm = _spreads("slide_arm", contact, tolerances)
+    contact, tolerances = Contact.from_vehicle(vehicle, brakes=brakes), vehicle.tolerances
+    arm = _tolerance_parts("slide_arm", contact, tolerances)
     of_length = arm.pop("a")
     load, calibrated = tolerances.load, vehicle.slide_factor is not None
     if vehicle.half_length is None or calibrated:
         as_load = replace(tolerances, half_length=load)
-        load += _spreads("slide_arm", contact, as_load)["a"]
+        load += _tolerance_parts("slide_arm", contact, as_load)["a"]
     shares = {"front_axle_load": load}
     if calibrated:
         shares["slide_factor"] = tolerances.slide_factor
@@ -126,18 +128,18 @@ def friction_uncertainties(vehicle: Vehicle, *, brakes: bool) -> dict[str, float
 
 
 @cache
-def stiffness_factor(contact: Contact) -> float:
+def equivalent_stiffness_factor(contact: Contact) -> float:
     """Factor on the stiffness with which the line's virgin torque comes closest to the contact's."""
     turns = np.geomspace(0.05, 8.0, 120)
-    own = _virgin(*pressures_and_arms(contact), turns)
+    own = _relative_virgin_torque(*pressures_and_arms(contact), turns)
     x = np.linspace(-1, 1, 4001)[1:-1]
-    line = _virgin(1 - x**2, np.abs(x - OFFSET), np.geomspace(0.03, 16.0, 400))
+    line = _relative_virgin_torque(1 - x**2, np.abs(x - OFFSET), np.geomspace(0.03, 16.0, 400))
     factors = np.linspace(0.8, 1.3, 101)
     reached = [np.interp(turns * f, np.geomspace(0.03, 16.0, 400), line) for f in factors]
     return float(factors[int(np.argmin([np.abs(one - own).max() for one in reached]))])
 
 
-def _virgin(pressure: Array, arm: Array, turns: Array) -> Array:
+def _relative_virgin_torque(pressure: Array, arm: Array, turns: Array) -> Array:
     """Virgin torque over full-slide torque; a sticking contact would reach it after a turn of 1."""
     turn = (pressure * arm).sum() / (arm**2).sum()
     slip = pressure / np.maximum(arm, 1e-9)
@@ -145,7 +147,7 @@ def _virgin(pressure: Array, arm: Array, turns: Array) -> Array:
     return np.array(torques) / float((pressure * arm).sum())
 
 
-def _spreads(quantity: str, contact: Contact, tolerances: VehicleTolerances) -> dict[str, float]:
+def _tolerance_parts(quantity: str, contact: Contact, tolerances: VehicleTolerances) -> dict[str, float]:
     """Tolerance of a quantity of the contact as a share of it [1], by what of the contact makes it."""
     spans = {
         "a": tolerances.half_length * contact.a,
@@ -164,7 +166,7 @@ def _spreads(quantity: str, contact: Contact, tolerances: VehicleTolerances) -> 
 
 def equivalent_contact_angle(vehicle: Vehicle, psi: Expression, *, brakes: bool) -> Expression:
     """Angle of the mean wheel's contact straight ahead [rad], see `contact_about_kingpin`."""
-    growth = growth_to_full_lock(vehicle, brakes=brakes)
+    growth = contact_growth_at_full_lock(vehicle, brakes=brakes)
     sine, cosine = sine_and_cosine(psi)
     return psi + (growth.stiffness - growth.torque) * (psi - sine * cosine) / 2
 
@@ -178,14 +180,14 @@ def aligning_torque_with_friction(
     By way [m], speed [m/s] and acceleration [m/s^2] of the rack and the force F_R on it [N]; brakes hold
     the wheels or not.
     """
-    psi, r = mean_angle(vehicle, s), lever(vehicle, s)
+    psi, r = mean_wheel_angle(vehicle, s), rack_lever(vehicle, s)
     returned, sine = jacking_torque(vehicle, psi), sine_and_cosine(psi)[0]
     inert = (r / 2 * vehicle.moved_mass + WHEEL_INERTIA / r) * acceleration
     M_z = inert + vehicle.damping / r * speed - r / 2 * force + returned
-    return M_z / (1 + growth_to_full_lock(vehicle, brakes=brakes).torque * sine**2)
+    return M_z / (1 + contact_growth_at_full_lock(vehicle, brakes=brakes).torque * sine**2)
 
 
-def wheel_of_rack(
+def wheel_from_rack(
     vehicle: Vehicle, s: Expression, force: Expression, speed: Expression, acceleration: Expression, *,
     brakes: bool,
 ) -> tuple[Expression, Expression]:  # fmt: skip
@@ -195,12 +197,14 @@ def wheel_of_rack(
     """
     if vehicle.moved_mass == 0:
         acceleration = 0.0
-    psi = equivalent_contact_angle(vehicle, mean_angle(vehicle, s), brakes=brakes)
+    psi = equivalent_contact_angle(vehicle, mean_wheel_angle(vehicle, s), brakes=brakes)
     moved = (s, force, speed, acceleration)
     return psi, aligning_torque_with_friction(vehicle, *moved, brakes=brakes)
 
 
 def lever_growth_at_lock(vehicle: Vehicle, *, brakes: bool) -> float:
     """Growth of one over the gear's lever at full lock, torques divided as above [1]."""
-    growth = growth_to_full_lock(vehicle, brakes=brakes).torque * np.sin(lock_angle(vehicle)) ** 2
+    growth = (
+        contact_growth_at_full_lock(vehicle, brakes=brakes).torque * np.sin(lock_angle(vehicle)) ** 2
+    )
     return float((1 + inverse_lever_growth(vehicle)) * (1 + growth) - 1)

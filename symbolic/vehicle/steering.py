@@ -59,13 +59,13 @@ def inverse_lever_growth(vehicle: Vehicle) -> float:
     return vehicle.lever_loss / (1 - vehicle.lever_loss)
 
 
-def mean_angle(vehicle: Vehicle, s: Expression) -> Expression:
+def mean_wheel_angle(vehicle: Vehicle, s: Expression) -> Expression:
     """Mean angle of the front wheels at a way of the rack [m], [rad]."""
     u = s / vehicle.rack_travel
     return s / vehicle.steering_arm * (1 + inverse_lever_growth(vehicle) * u * u / 3)
 
 
-def lever(vehicle: Vehicle, s: Expression) -> Expression:
+def rack_lever(vehicle: Vehicle, s: Expression) -> Expression:
     """Lever r = ds / dpsi at a way of the rack [m], [m/rad]."""
     u = s / vehicle.rack_travel
     return vehicle.steering_arm / (1 + inverse_lever_growth(vehicle) * u * u)
@@ -73,7 +73,7 @@ def lever(vehicle: Vehicle, s: Expression) -> Expression:
 
 def lock_angle(vehicle: Vehicle) -> float:
     """Mean angle of the wheels at full lock [rad]."""
-    return float(mean_angle(vehicle, vehicle.rack_travel))
+    return float(mean_wheel_angle(vehicle, vehicle.rack_travel))
 
 
 def jacking_torque(vehicle: Vehicle, psi: Expression) -> Expression:
@@ -86,7 +86,7 @@ def jacking_torque(vehicle: Vehicle, psi: Expression) -> Expression:
     return vehicle.wheel_load * sine * (by_scrub - by_trail + by_inclination + by_caster)
 
 
-def inclination_of_return(vehicle: Vehicle, factor: float) -> float:
+def inclination_for_return_torque(vehicle: Vehicle, factor: float) -> float:
     """The inclination with this multiple of the declared return torque [rad]; refused where none has."""
     from scipy.optimize import brentq
 
@@ -115,7 +115,7 @@ def rack_force(
     if vehicle.rack_by_handwheel:
         if pinion is None:
             raise InvalidInputError("rack_by_handwheel needs the angle of the pinion for a force")
-        torsion_bar = torsion_bar * (vehicle.rack_gain / rack_of_pinion(vehicle, pinion)[1])
+        torsion_bar = torsion_bar * (vehicle.rack_gain / rack_and_gain(vehicle, pinion)[1])
     straight = torsion_bar + vehicle.motor_ratio * vehicle.motor_efficiency * motor
     return straight / vehicle.rack_gain
 
@@ -127,35 +127,35 @@ def pinion_angle(vehicle: Vehicle, handwheel: Expression, torsion_bar: Expressio
 
 def rack_position(vehicle: Vehicle, handwheel: Expression, torsion_bar: Expression) -> Expression:
     """Way of the rack [m] by the handwheel's angle [rad] less the twist of the torsion bar."""
-    return rack_of_pinion(vehicle, pinion_angle(vehicle, handwheel, torsion_bar))[0]
+    return rack_and_gain(vehicle, pinion_angle(vehicle, handwheel, torsion_bar))[0]
 
 
-def rack_of_pinion(vehicle: Vehicle, pinion: Expression) -> tuple[Expression, Expression]:
+def rack_and_gain(vehicle: Vehicle, pinion: Expression) -> tuple[Expression, Expression]:
     """Way of the rack [m] and gain [m/rad] at an angle of the pinion [rad]."""
     if not vehicle.rack_by_handwheel:
         return vehicle.rack_gain * pinion, vehicle.rack_gain
     functions, choose = (ca, ca.if_else) if isinstance(pinion, ca.SX) else (np, np.where)
-    size, pieces = functions.fabs(pinion), _pieces(vehicle.rack_by_handwheel)
-    way, gain = _on_piece(size, *pieces[0])
+    size, pieces = functions.fabs(pinion), _monotone_cubic_pieces(vehicle.rack_by_handwheel)
+    way, gain = _cubic_value_and_slope(size, *pieces[0])
     for piece in pieces[1:]:
-        here = _on_piece(size, *piece)
+        here = _cubic_value_and_slope(size, *piece)
         way, gain = (
             choose(size > piece[0], one, last) for one, last in zip(here, (way, gain), strict=True)
         )
     return choose(pinion < 0, -way, way), gain
 
 
-def pinion_of_rack(vehicle: Vehicle, s: Array) -> Array:
+def pinion_angle_from_rack(vehicle: Vehicle, s: Array) -> Array:
     """Angle of the pinion [rad] at a way of the rack [m]."""
     if not vehicle.rack_by_handwheel:
         return s / vehicle.rack_gain
     end = vehicle.rack_by_handwheel[-1][0]
     angles = np.append(np.linspace(0.0, end, 2001), end + 100.0)
-    inverse: Array = np.sign(s) * np.interp(np.abs(s), rack_of_pinion(vehicle, angles)[0], angles)
+    inverse: Array = np.sign(s) * np.interp(np.abs(s), rack_and_gain(vehicle, angles)[0], angles)
     return inverse
 
 
-def _on_piece(
+def _cubic_value_and_slope(
     angle: Expression, begin: float, cubic: float, square: float, slope: float, way: float
 ) -> tuple[Expression, Expression]:
     u = angle - begin
@@ -163,7 +163,7 @@ def _on_piece(
 
 
 @cache
-def _pieces(pairs: Pairs) -> tuple[tuple[float, ...], ...]:
+def _monotone_cubic_pieces(pairs: Pairs) -> tuple[tuple[float, ...], ...]:
     """Where each piece begins [rad], and its coefficients from the cubic one on."""
     from scipy.interpolate import PchipInterpolator
 

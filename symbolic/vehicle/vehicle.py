@@ -49,7 +49,7 @@ OTHER_UNITS = {"rad": ("degrees", pi / 180), "Pa": ("bar", 1e5), "m": ("mm", 1e-
 """The unit that a number out of its range may be in, and what that unit is, by the one that it has."""
 
 
-def _in_another_unit(value: float, allowed: AllowedRange) -> str:
+def _other_unit_hint(value: float, allowed: AllowedRange) -> str:
     """What a number is in its unit if it was given in the usual other one; empty if that is not so."""
     name, factor = OTHER_UNITS.get(allowed.unit, ("", nan))
     converted = f"{value * factor:.3g}".replace("e+0", "e")
@@ -195,19 +195,19 @@ class Vehicle:
                     f" {angle:g}, {way:g} after {before[0]:g}, {before[1]:g}; {IN_SI}"
                 )
         if pairs:
-            self._check_pairs(pairs)
+            self._check_rack_by_handwheel(pairs)
         faults = []
         for name, allowed in RANGES.items():
             value, (least, most, unit) = getattr(self, name), allowed
             if value is not None and not (least <= value <= most and (isfinite(value) or most == inf)):
-                other = _in_another_unit(value, allowed)
+                other = _other_unit_hint(value, allowed)
                 faults.append(
                     f"{name} must lie between {least:g} and {most:g} {unit}, got {value:g}{other}"
                 )
         if faults:
             raise InvalidInputError("; ".join(faults))
 
-    def _check_pairs(self, pairs: "Pairs") -> None:
+    def _check_rack_by_handwheel(self, pairs: "Pairs") -> None:
         """Raises InvalidInputError where pairs are of a steering as no car has one."""
         if pairs[-1][1] > MOST_WAY:
             raise InvalidInputError(
@@ -227,7 +227,7 @@ class Vehicle:
         return self.front_axle_load / 2
 
     @property
-    def width(self) -> float:
+    def patch_width(self) -> float:
         """Width of the contact [m]."""
         return TREAD * self.tyre_width if self.contact_width is None else self.contact_width
 
@@ -236,11 +236,11 @@ class Vehicle:
         """Half-length of the contact [m]."""
         area = self.wheel_load * (1 - CARCASS) / self.pressure
         if self.half_length is None:
-            return area / (2 * self.width)
-        return self.half_length * (1 + self.load_change)
+            return area / (2 * self.patch_width)
+        return self.half_length * (1 + self.relative_load_change)
 
     @property
-    def load_change(self) -> float:
+    def relative_load_change(self) -> float:
         """Change of the load since `slide_factor` was measured, as a share [1]."""
         return 0.0 if self.slide_load is None else self.front_axle_load / self.slide_load - 1
 

@@ -12,7 +12,7 @@ from unittest import mock
 
 import identification
 from brushgrip.cli.app import main
-from brushgrip.running import batch, cluster
+from brushgrip.running import cluster, estimate_batch
 from symbolic import InvalidInputError
 from tests.attack.attack_class import one_by_one
 from tests.attack.workplace import place_inputs
@@ -144,7 +144,7 @@ def outcome_of(
     with (
         mock.patch.object(cluster, "PATIENCE", "1s"),
         mock.patch.object(identification, "diagnose", _refuse),
-        mock.patch.object(batch, "estimate_all", _refuse),
+        mock.patch.object(estimate_batch, "estimate_all", _refuse),
         mock.patch.dict(os.environ, hidden),
         contextlib.redirect_stdout(out),
         contextlib.redirect_stderr(err),

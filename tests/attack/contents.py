@@ -14,7 +14,7 @@ from typing import Any
 from observers import Ekf
 from observers.embedded import DOUBLE, SINGLE, generate, generate_ros2
 from observers.embedded.fmi_versions import VERSIONS
-from observers.embedded.fmu import _texts
+from observers.embedded.fmu import _archive_texts
 from symbolic import BrushgripError, Effect, Model, Parameter, Rig
 from tests.attack.attack_class import one_by_one
 from tests.attack.oracle import check_message
@@ -41,7 +41,7 @@ class Odd(Effect):
 
     def torque(self, signals: Any, values: Any) -> Any:
         """All parameters times the angle."""
-        return -sum(values[parameter.coordinate] for parameter in self.parameters) * signals.psi
+        return -sum(values[parameter.coordinate_name] for parameter in self.parameters) * signals.psi
 
 
 def odd_effect(chance: random.Random) -> Odd:
@@ -104,7 +104,7 @@ def attempt(number: int) -> str | None:
             kind = chance.choice(("c", "c", "fmu", "ros2"))
             if kind == "fmu":
                 version = chance.choice(list(VERSIONS.values()))
-                texts = _texts(observer, real, "odd", version, tunable="all")
+                texts = _archive_texts(observer, real, "odd", version, tunable="all")
                 for text in (text for name, text in texts.items() if name.endswith(".xml")):
                     check_xml(text)
             elif kind == "ros2":

@@ -70,7 +70,7 @@ def check_map(signals: SignalMap) -> None:
     assert set(signals.signals) <= {"t", "psi", "psi_dot", "M_z", "M", "F_N"}
     for column, source in signals.signals.items():
         assert source.channel.strip()
-        scale = source.scale(column, "")
+        scale = source.factor_to_si(column, "")
         assert math.isfinite(scale), column
         assert scale, column
     assert signals.dbc is None or "\0" not in str(signals.dbc)

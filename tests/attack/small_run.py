@@ -9,7 +9,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from brushgrip.__main__ import load_command
-from brushgrip.running.interrupts import run_process
+from brushgrip.running.interrupts import run_command_and_exit
 
 FEW = ("torque_offset", "contact_damping", "steering_return")
 
@@ -30,4 +30,4 @@ def load() -> Callable[[], None]:
 if __name__ == "__main__":
     # As in a terminal: a shell starts what is in the background deaf to Ctrl-C.
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    run_process(load)
+    run_command_and_exit(load)

@@ -77,7 +77,7 @@ def model_file(number: int) -> str | None:
         found = identification.read_model(path)
         observer = from_files(Ekf, rig, path)
         estimates = run(observer, t, 0.1 * np.sin(9 * t), 400 + 0 * t, -2 * np.sin(8 * t))
-        found.model.theta(found.values_for("new", 1.0))
+        found.model.theta(found.values_for_recording("new", 1.0))
     except BrushgripError as error:
         check_message(error)
         return None

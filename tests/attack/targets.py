@@ -145,9 +145,9 @@ def model_file(content: bytes) -> None:
     except InvalidInputError as error:
         check_message(error)
         return
-    for values in (found.values_for_estimation(), found.values_for("unknown", 1.0)):
+    for values in (found.values_for_estimation(), found.values_for_recording("unknown", 1.0)):
         assert all(type(value) is float and not np.isnan(value) for value in values.values())
-    found.model.theta(found.values_for("unknown", 1.0))
+    found.model.theta(found.values_for_recording("unknown", 1.0))
 
 
 @cache

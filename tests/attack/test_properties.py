@@ -189,6 +189,6 @@ def test_a_model_file_is_read_as_it_was_written(document: dict[str, Any]) -> Non
 
     assert [effect.name for effect in found.model.effects] == document["effects"]
     assert found.tyre == document["shared"]
-    assert found.values_for(name) == {**found.values_for_estimation(tared=True), **own}
-    theta = np.asarray(found.model.theta(found.values_for(name))).ravel()
+    assert found.values_for_recording(name) == {**found.values_for_estimation(tared=True), **own}
+    theta = np.asarray(found.model.theta(found.values_for_recording(name))).ravel()
     assert np.isfinite(theta).all()

@@ -11,7 +11,7 @@ import typer.main
 import identification
 from brushgrip.cli.app import main
 from brushgrip.estimation.observe_recording import FrictionTrack
-from brushgrip.pictures.style import picture
+from brushgrip.pictures.style import figure_saved_as_png
 from brushgrip.report import page
 from tests.brushgrip.helpers import PNG, Outcome, Run, Write
 from tests.simulated_car import vehicle_text
@@ -34,11 +34,11 @@ def blank_pictures(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPat
     """Pictures of friction are empty, but in tests that ask for `drawn`."""
 
     def blank(path: Path, _: object) -> None:
-        with picture(path, 1.0):
+        with figure_saved_as_png(path, 1.0):
             pass
 
     if "drawn" not in request.fixturenames:
-        monkeypatch.setattr("brushgrip.running.batch.draw_friction", blank)
+        monkeypatch.setattr("brushgrip.running.estimate_batch.draw_friction", blank)
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.estimation.assumed_and_found_friction import EKF_FOUND, FrictionOutcome
+from brushgrip.estimation.assumed_and_found_friction import EKF_FOUND, AssumedAndFoundFriction
 from brushgrip.estimation.observe_recording import FrictionTrack
 from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import (
@@ -21,7 +21,7 @@ from identification.experiments.proposed_experiment import Proposal
 from identification.experiments.sampled_manoeuvre import SampledManoeuvre
 from identification.fits.parameter_values import ParameterEstimate, Values
 from identification.residuals.partial_correlations import Autocorrelation, SignalCorrelation, Signatures
-from identification.residuals.residual_signals import RESIDUAL_SIGNALS, effects_leaving
+from identification.residuals.residual_signals import RESIDUAL_SIGNALS, effects_with_signature
 from identification.residuals.unexplained_residual import Unexplained
 from observers import Estimates, SelfConsistency, Status
 from symbolic import EFFECTS, Model, effects_named
@@ -74,7 +74,7 @@ def signatures(strength: float, band: float = 0.3) -> Signatures:
     each = []
     for number, signal in enumerate(RESIDUAL_SIGNALS):
         own = {"signal": signal.name, "unit": signal.unit, "reading": signal.positive_cause}
-        own["effects"] = effects_leaving(signal, 1, EFFECTS.values())
+        own["effects"] = effects_with_signature(signal, 1, EFFECTS.values())
         each.append(SignalCorrelation(correlation=strength * (-1) ** number, **own, **alike))
     autocorrelation = Autocorrelation(lags=lags, values=np.exp(-lags), band=0.04, memory=0.5)
     found = {"signatures": tuple(each), "followed": tuple(each[:1]) if strength > 0.3 else ()}
@@ -157,12 +157,12 @@ def _consistency(settling: float) -> SelfConsistency:
     )  # fmt: skip
 
 
-def make_outcome(*holdout: str, **changes: Any) -> FrictionOutcome:
+def make_outcome(*holdout: str, **changes: Any) -> AssumedAndFoundFriction:
     """Figures of friction of the recordings a, b, c and d."""
     before = {name: _consistency(s) for name, s in (("a", 1.0), ("b", 2.0), ("c", 6.0), ("d", 8.0))}
     after = {name: _consistency(1.0) for name in before}
     usual = {"before": before, "after": after, "grounds": {"": tuple(before)}, "holdout": holdout}
-    return FrictionOutcome(**(usual | changes))
+    return AssumedAndFoundFriction(**(usual | changes))
 
 
 def _track(name: str, usable: slice, value: float, status: Status = Status.USED) -> FrictionTrack:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from identification import read_recording, read_signals, read_vehicle
-from observers.embedded.fmu import is_host
+from observers.embedded.fmu import is_supported_host
 from symbolic import compiler
 from tests.examples.running import EXAMPLES, NUMBER, execute, numbers, printed_by
 
@@ -114,7 +114,9 @@ def test_steering_controller(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.skipif(compiler() is None or not is_host(), reason="no C compiler for Linux x86_64 at hand")
+@pytest.mark.skipif(
+    compiler() is None or not is_supported_host(), reason="no C compiler for Linux x86_64 at hand"
+)
 def test_fmu_in_a_steering_loop(tmp_path: Path) -> None:
     if find_spec("fmpy") is None:
         pytest.skip("FMPy is not installed: pip install 'brushgrip[dev]'")

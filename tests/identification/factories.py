@@ -6,7 +6,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from identification import Decay, Fit, Recording, fit
-from identification.selection.trial import fit_own_parameters
+from identification.selection.trial import fit_recording_parameters
 from reference_rig import Campaign, make_campaign
 from rig_recordings import as_read
 from symbolic import Rig, Tolerances, Tyre
@@ -69,5 +69,5 @@ def left_out_exactly(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, 
     for left_out in recordings:
         others = [other for other in recordings if other is not left_out]
         refitted = fit(fitted.model, others, fitted.values)
-        residuals |= fit_own_parameters(refitted, [left_out]).residuals
+        residuals |= fit_recording_parameters(refitted, [left_out]).residuals
     return residuals

@@ -54,7 +54,7 @@ def both(
             patch.setattr(trajectory_sensitivity, "compiled", lambda function, **_: function)
             run = simulate(model, recording(), theta_of(model), GEOMETRY, directions)
         results.append((run.M_z, run.sensitivities))
-        trajectory_sensitivity._compiled_stretch.cache_clear()
+        trajectory_sensitivity._compiled_sample_block.cache_clear()
     return results
 
 

@@ -137,7 +137,7 @@ def test_parameters_are_declared_sanely(effect: Effect) -> None:
             assert p.start != p.neutral, "a fit that starts neutral sees no derivative"
         assert p.to_coordinate(p.to_coordinate(p.start)) == pytest.approx(p.start)
         assert math.isfinite(p.to_coordinate(p.start))
-        assert p.coordinate == (f"1/{p.name}" if p.inverse else p.name)
+        assert p.coordinate_name == (f"1/{p.name}" if p.inverse else p.name)
 
 
 @EACH

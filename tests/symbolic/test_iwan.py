@@ -96,7 +96,9 @@ def test_friction_of_full_slide_is_mu_whatever_the_shape() -> None:
 
 @pytest.mark.parametrize(("p", "q"), [(0.55, 1.02), (1.0, 2.0), (1.5, 6.0)])
 def test_beta_is_eulers(p: float, q: float) -> None:
-    assert float(iwan.beta(p, q)) == pytest.approx(gamma(p) * gamma(q) / gamma(p + q), rel=1e-10)
+    assert float(iwan.beta_function(p, q)) == pytest.approx(
+        gamma(p) * gamma(q) / gamma(p + q), rel=1e-10
+    )
 
 
 def test_only_who_asks_for_stops_gets_them() -> None:

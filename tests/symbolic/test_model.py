@@ -19,7 +19,7 @@ from symbolic import (
     effects_named,
     simulate,
 )
-from symbolic.elements_in_series import deflection_of
+from symbolic.elements_in_series import series_deflection
 from tests.symbolic.oracles import GO, Path, constant, random_path, run, straight
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -67,7 +67,7 @@ def test_functions_name_what_they_take_and_give() -> None:
     assert model.initial.name_out() == ["memory"]
     assert (SIGNALS, GEOMETRY) == (("psi", "psi_dot", "F_N", "dt"), ("a", "e"))
     assert [parameter.name for parameter in DECLARED] == ["mu", "k"]
-    assert model.coordinates == (
+    assert model.coordinate_names == (
         "mu", "k", "friction_drift.gain", "friction_drift.scale", "carcass_torsion.1/k_t"
     )  # fmt: skip
     assert model.step.size1_in("memory") == model.memory_size == model.initial.size1_out("memory")
@@ -107,10 +107,10 @@ def test_parameter_refuses_a_start_outside_its_bounds() -> None:
 
 
 def test_bristles_are_taken_only_where_needed() -> None:
-    assert Model().exact
-    assert Model(effects=effects_named(["sensor_delay", "carcass_torsion"])).exact
-    assert not Model(discretised=True).exact
-    assert not Model(effects=effects_named(["sensor_delay", "patch_width"])).exact
+    assert Model().uses_exact_patch
+    assert Model(effects=effects_named(["sensor_delay", "carcass_torsion"])).uses_exact_patch
+    assert not Model(discretised=True).uses_exact_patch
+    assert not Model(effects=effects_named(["sensor_delay", "patch_width"])).uses_exact_patch
 
 
 @pytest.mark.parametrize("other", ["friction_drift", "asymmetric_friction", "rate_friction"])
@@ -169,5 +169,5 @@ def test_memory_depends_on_mu_over_k_alone_with_nothing_in_series(effect: Effect
         off = max(off, np.abs(by_both - expected).max())
         memory = steps[0][0]
 
-    assert (off < 1e-11) == (deflection_of(model) is None)
+    assert (off < 1e-11) == (series_deflection(model) is None)
     assert off < 1e-11 or off > 1e-3

@@ -59,4 +59,4 @@ def test_usual_tolerances_stand_where_none_is_declared() -> None:
 
 def test_a_small_patch_keeps_its_kingpin_within_usual_tolerances() -> None:
     rig = with_usual_tolerances(Rig(a=0.010, e=0.009))
-    assert 0 < rig.tolerances.of("a") == rig.tolerances.of("e") < 0.0005
+    assert 0 < rig.tolerances.tolerance_or_zero("a") == rig.tolerances.tolerance_or_zero("e") < 0.0005

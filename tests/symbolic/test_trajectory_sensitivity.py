@@ -81,7 +81,7 @@ def test_derivatives_are_finite_differences_at_every_kink(name: str) -> None:
     exact = simulate(model, samples, theta, GEOMETRY, np.eye(len(theta))).sensitivities
 
     assert np.all(np.isfinite(exact))
-    for j, coordinate in enumerate(model.coordinates):
+    for j, coordinate in enumerate(model.coordinate_names):
         expected = central_difference(model, samples, theta, j)
         # A parameter that does not act, but by rounding, has no derivative to be a share of.
         size = np.max(np.abs(expected))

@@ -36,7 +36,9 @@ def against_rig(
     assert tyre.mu is not None
     load_and_ground = np.full_like(t, load), np.full_like(t, tyre.mu)
     of_rig = {"tyre": RigTyre(a=rig.a, e=rig.e, k=tyre.k), "wheel": Wheel(J_A=rig.J_A, b_t=rig.b_t)}
-    other = simulate_steering(profile.at(t), *load_and_ground, step=step, bristles=bristles, **of_rig)
+    other = simulate_steering(
+        profile.torque_at(t), *load_and_ground, step=step, bristles=bristles, **of_rig
+    )
     ours = simulate_motion(rig, tyre, profile, load, duration=t[-1], rate=1 / step)
     return float(np.max(np.abs(ours.M_z - other.M_z)) / np.ptp(other.M_z))
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples, match_channel
 from identification.reading.checked_file_reading import MAX_FILE_SIZE, read_text, require_readable
-from identification.reading.formats.optional_libraries import import_library, require_size
+from identification.reading.formats.optional_libraries import import_library, require_allowed_size
 from identification.reading.signal_map import SignalMap, SignalSource
 from identification.reading.units import is_unit
 from symbolic import InvalidInputError
@@ -61,7 +61,7 @@ def open_can(path: Path, signals: SignalMap) -> Iterator[ChannelFile]:
             places[channel] = (bus, *places[name][1:])
     is_blf = path.suffix.lower() == ".blf"
     if is_blf:
-        require_bounded(path)
+        require_bounded_blf_parts(path)
 
     @cache
     def decoded(message: Any, bus: str) -> tuple[Array, dict[str, Array]]:
@@ -75,14 +75,14 @@ def open_can(path: Path, signals: SignalMap) -> Iterator[ChannelFile]:
             raise InvalidInputError(
                 f"{path}: holds the frame {message.name} ({message.frame_id:#x}) from several buses,"
                 f" {', '.join(found)}; say which, such as --map"
-                f" {_on_bus(found[0], message, places, signals)}"
+                f" {_map_option_with_bus(found[0], message, places, signals)}"
             )
         return times, values
 
     def read(name: str) -> ChannelSamples:
         bus, message, signal = places[name]
         times, values = decoded(message, bus)
-        return _valid(path, name, signal, times, values[signal.name])
+        return _drop_out_of_range_values(path, name, signal, times, values[signal.name])
 
     names += [name for name, (bus, *_) in places.items() if bus]
     yield ChannelFile(names=names, read=read, own_clocks=True)
@@ -133,7 +133,7 @@ def _decoded(
         times.append(frame.timestamp)
         for name, values in columns.items():
             values.append(float(content.get(name, np.nan)))
-        require_size(path, message.name, len(times))
+        require_allowed_size(path, message.name, len(times))
     if not times:
         kinds = ("extended ", "a standard") if extended else ("standard ", "an extended")
         there = f" on bus {bus}; it is on {', '.join(buses)}" if buses else ""
@@ -148,7 +148,7 @@ def is_extended(message: Any) -> bool:
     return bool(message.is_extended_frame or message.frame_id > _MAX_STANDARD_ID)
 
 
-def _on_bus(bus: str, message: Any, places: dict[str, Any], signals: SignalMap) -> str:
+def _map_option_with_bus(bus: str, message: Any, places: dict[str, Any], signals: SignalMap) -> str:
     """A map of the signals of a message with their bus, as on the command line."""
     sources = {
         column: source
@@ -161,7 +161,7 @@ def _on_bus(bus: str, message: Any, places: dict[str, Any], signals: SignalMap) 
         signal = message.signals[0].name
         sources = {signal: SignalSource(channel=f"{message.name}.{signal}")}
     return ",".join(
-        replace(source, channel=f"{bus}/{source.channel}").as_map(column)
+        replace(source, channel=f"{bus}/{source.channel}").map_entry_text(column)
         for column, source in sources.items()
     )
 
@@ -180,7 +180,9 @@ def within_signal_range(signal: Any, values: Array) -> NDArray[np.bool_]:
     return ~((values < low - slack[0]) | (values > high + slack[1]))
 
 
-def _valid(path: Path, name: str, signal: Any, times: Array, values: Array) -> ChannelSamples:
+def _drop_out_of_range_values(
+    path: Path, name: str, signal: Any, times: Array, values: Array
+) -> ChannelSamples:
     """A signal without what lies outside the range of the database, as 0xFFFF for "not available"."""
     low, high = signal_range(signal)
     outside = ~within_signal_range(signal, values)
@@ -210,7 +212,7 @@ _OBJECT_HEADER = 16
 """Least length of an object [bytes]."""
 
 
-def require_bounded(path: Path) -> None:
+def require_bounded_blf_parts(path: Path) -> None:
     """Refuses a BLF file whose parts are larger than files may be, or that python-can reads for ever."""
     total, rest = 0, b""
     try:
@@ -220,12 +222,12 @@ def require_bounded(path: Path) -> None:
             total += len(unpacked)
             if inflater.unconsumed_tail or total > MAX_FILE_SIZE:
                 raise InvalidInputError(f"{path}: holds more than {MAX_FILE_SIZE / 1e6:.3g} MB unpacked")
-            rest = _after_objects(path, rest + unpacked)
+            rest = _bytes_after_last_object(path, rest + unpacked)
     except (StructError, zlib.error) as error:
         raise InvalidInputError(f"{path}: is damaged, or no .blf file: {error}") from None
 
 
-def _after_objects(path: Path, data: bytes) -> bytes:
+def _bytes_after_last_object(path: Path, data: bytes) -> bytes:
     """Bytes behind the last whole object of some containers, which belong to the next one."""
     at = 0
     while (begin := data.find(b"LOBJ", at, at + 8)) >= 0 and begin + _OBJECT_HEADER <= len(data):

@@ -29,7 +29,7 @@ from identification.reading.formats.csvdialect import (
     read_csv_text,
     units_in,
 )
-from identification.reading.map_for_recording import map_for_recording
+from identification.reading.map_for_recording import choose_map_for_channels
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.sample_table import (
     CAR_COLUMNS,
@@ -68,20 +68,22 @@ def read_csv(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
     a row below the header; without either, or a unit in the map, columns are in SI units.
     """
     lines = _lines(read_csv_text(path))
-    heading, start = _Heading(), 0
+    heading, start = _HeadingDeclarations(), 0
     for start, line in enumerate(lines):
         if line.strip() and not line.lstrip().startswith("#"):
             break
         with prefix_errors(f"{path}: row {start + 1}"):
-            _declare(start + 1, line, heading)
+            _parse_declaration_line(start + 1, line, heading)
     else:
         raise InvalidInputError(f"{path}: has no header; expected {','.join(needed)}")
     delimiter = delimiter_of(line)
     rows = _fields(path, start, chain([line], lines), delimiter)
     number, fields = next(rows)
     names = [field.strip() for field in fields]
-    signals = map_for_recording(str(path), signals, names)
-    header = _header(path, number, names, needed, signals, _reading(path, names, rows, delimiter))
+    signals = choose_map_for_channels(str(path), signals, names)
+    header = _column_indices(
+        path, number, names, needed, signals, _lazy_column_reader(path, names, rows, delimiter)
+    )
     first = list(islice(rows, 1))
     units = units_in(first[0][1], header) if first else None
     rows = rows if units else chain(first, rows)
@@ -129,7 +131,7 @@ def _fields(path: Path, start: int, lines: Iterable[str], delimiter: str) -> Row
 
 
 @dataclass
-class _Heading:
+class _HeadingDeclarations:
     """Declarations in the lines before the header, and the rows of these."""
 
     declared: dict[str, float] = field(default_factory=dict)
@@ -138,7 +140,7 @@ class _Heading:
     places: dict[str, int] = field(default_factory=dict)
 
 
-def _declare(row: int, line: str, heading: _Heading) -> None:
+def _parse_declaration_line(row: int, line: str, heading: _HeadingDeclarations) -> None:
     if (found := _DECLARATION.fullmatch(line.strip())) is None:
         return
     name, text = found.groups()
@@ -175,7 +177,7 @@ def _declared_number(name: str, text: str) -> float:
     return value
 
 
-def _header(
+def _column_indices(
     path: Path,
     row: int,
     names: Sequence[str],
@@ -199,7 +201,7 @@ def _header(
     return found
 
 
-def _reading(
+def _lazy_column_reader(
     path: Path, names: Sequence[str], rows: Rows, delimiter: str
 ) -> Callable[[str], ChannelSamples]:
     """Reader of one column by name; its first call parses all rows."""

@@ -11,10 +11,10 @@ import numpy as np
 
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.formats.matlab_5_file import VARIABLES
-from identification.reading.formats.optional_libraries import import_library, require_size
+from identification.reading.formats.optional_libraries import import_library, require_allowed_size
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.signal_map import SignalMap
-from identification.reading.units import stated_unit
+from identification.reading.units import unit_attribute
 from symbolic import InvalidInputError
 
 _MAX_OBJECTS = 10_000
@@ -39,18 +39,18 @@ def open_hdf5(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
 
         def read(name: str) -> ChannelSamples:
             dataset = datasets[name]
-            require_size(path, name, dataset.size)
-            require_size(path, f"a chunk of {name}", prod(dataset.chunks or ()))
-            _require_unpacked(path, name, dataset)
-            unit = next(iter(np.ravel(stated_unit(dataset.attrs))), "")
+            require_allowed_size(path, name, dataset.size)
+            require_allowed_size(path, f"a chunk of {name}", prod(dataset.chunks or ()))
+            _require_bounded_chunks(path, name, dataset)
+            unit = next(iter(np.ravel(unit_attribute(dataset.attrs))), "")
             text = unit.decode("utf-8", "replace") if isinstance(unit, bytes) else str(unit)
-            values = _unpacked(path, name, dataset)
+            values = _decode_cf_packing(path, name, dataset)
             # MATLAB's vectors have two dimensions, one of them 1.
             is_row = values.size == max(values.shape, default=0)
             return ChannelSamples(values=values.ravel() if is_row else values, unit=text)
 
         declared = {
-            name: float(_unpacked(path, name, datasets[name]).ravel()[0])
+            name: float(_decode_cf_packing(path, name, datasets[name]).ravel()[0])
             for name in DECLARABLE
             if name in datasets and datasets[name].size == 1
         }
@@ -73,7 +73,7 @@ def _numeric(h5py: Any, file: Any) -> Iterator[tuple[str, Any]]:
             yield name, entry
 
 
-def _require_unpacked(path: Path, name: str, dataset: Any) -> None:
+def _require_bounded_chunks(path: Path, name: str, dataset: Any) -> None:
     """Refuses chunks that unpack to more than a chunk holds, which HDF5 does before it looks."""
     if dataset.compression != "gzip" or dataset.fletcher32:
         return
@@ -86,7 +86,7 @@ def _require_unpacked(path: Path, name: str, dataset: Any) -> None:
                 raise InvalidInputError(f"{path}: a chunk of {name} unpacks to more than it holds")
 
 
-def _unpacked(path: Path, name: str, dataset: Any) -> Any:
+def _decode_cf_packing(path: Path, name: str, dataset: Any) -> Any:
     """Numbers by the CF Metadata Conventions 1.11, sections 2.5.1 and 8.1; NaN where one is missing."""
     values = np.asarray(dataset[()])
     attributes = {}

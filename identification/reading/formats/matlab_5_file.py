@@ -141,10 +141,10 @@ def _variable(
 ) -> tuple[str, NDArray[np.float64] | None]:
     """A variable by name; decompressed as far as its name, and only a wanted one to its end."""
     if element.kind == _MATRIX:
-        name, shape, parts = _head(element.data, order)
+        name, shape, parts = _read_array_header(element.data, order)
         if shape is None or not (wanted is None or name in wanted):
             return name, None
-        return name, _values(name, shape, _part(parts), order)
+        return name, _values(name, shape, _next_element(parts), order)
     if element.kind != _COMPRESSED:
         raise DamagedFileError(f"element of type {element.kind} outside an array")
     inflater = zlib.decompressobj()
@@ -152,7 +152,7 @@ def _variable(
     kind, size = struct.unpack_from(order + "II", begin)
     if kind != _MATRIX:
         raise DamagedFileError(f"a compressed element of type {kind}, no array")
-    name, shape, _ = _head(memoryview(begin)[8:], order)
+    name, shape, _ = _read_array_header(memoryview(begin)[8:], order)
     if wanted is not None and (shape is None or name not in wanted):
         return name, None
     if size > _MAX_ARRAY_SIZE:
@@ -164,20 +164,22 @@ def _variable(
     return _variable(_Element(_MATRIX, memoryview(whole)[8:]), order, wanted)
 
 
-def _head(content: memoryview, order: str) -> tuple[str, tuple[int, ...] | None, Iterator[_Element]]:
+def _read_array_header(
+    content: memoryview, order: str
+) -> tuple[str, tuple[int, ...] | None, Iterator[_Element]]:
     """Name, shape (None for what is not an array of real numbers), and the parts that follow."""
     parts = _elements(content, order)
-    (flag,) = struct.unpack_from(order + "I", _part(parts).data)
+    (flag,) = struct.unpack_from(order + "I", _next_element(parts).data)
     kind = flag & 0xFF
     if kind not in range(1, _OPAQUE_CLASS + 1):
         raise DamagedFileError(f"array of class {kind}")
     if kind == _OPAQUE_CLASS:  # its name comes at once
-        return _text(_part(parts)), None, parts
-    lengths = _part(parts)
+        return _text(_next_element(parts)), None, parts
+    lengths = _next_element(parts)
     if lengths.kind != _INT32:
         raise DamagedFileError(f"a shape of type {lengths.kind}")
     shape = tuple(_numbers(lengths, order).tolist())
-    name = _text(_part(parts))
+    name = _text(_next_element(parts))
     if kind not in _NUMERIC_CLASSES or flag & _COMPLEX_FLAG:
         return name, None, parts
     return name, shape, parts
@@ -196,7 +198,7 @@ def _values(name: str, shape: tuple[int, ...], part: _Element, order: str) -> ND
         return values.astype(np.float64).reshape(shape, order="F")
 
 
-def _part(parts: Iterator[_Element]) -> _Element:
+def _next_element(parts: Iterator[_Element]) -> _Element:
     part = next(parts, None)
     if part is None:
         raise DamagedFileError("an array that ends early")

@@ -8,7 +8,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples
-from identification.reading.formats.optional_libraries import import_library, require_size
+from identification.reading.formats.optional_libraries import import_library, require_allowed_size
 from identification.reading.signal_map import SignalMap
 from symbolic import InvalidInputError
 
@@ -28,7 +28,7 @@ def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
     """Channels by name; one of several is `group/channel`, of two in a group `group.number/channel`."""
     asammdf = import_library("asammdf", "mdf", path)
     import_library("asammdf.blocks.mdf_v4", "mdf", path).MDF4.__del__ = _close_quietly
-    _require_ends(path)
+    _require_acyclic_block_lists(path)
     # asammdf leaves a damaged file open that it opened itself.
     with path.open("rb") as raw, closing(asammdf.MDF(raw)) as file:
         places = {}
@@ -42,7 +42,7 @@ def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
 
         def read(name: str) -> ChannelSamples:
             group, channel = places[name]
-            _require_records(path, name, file.groups[group], (channel, file.masters_db.get(group)))
+            _require_in_records(path, name, file.groups[group], (channel, file.masters_db.get(group)))
             # Else asammdf leaves out samples that are marked invalid, and their instants with them.
             signal = file.get(group=group, index=channel, ignore_invalidation_bits=True)
             values, remark, bits = np.asarray(signal.samples), "", signal.invalidation_bits
@@ -65,7 +65,7 @@ def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
         yield ChannelFile(names=list(places), read=read, own_clocks=True)
 
 
-def _require_ends(path: Path) -> None:
+def _require_acyclic_block_lists(path: Path) -> None:
     """Refuses lists of blocks that lead back into themselves, which asammdf follows for ever."""
     with path.open("rb") as file:
         version = 4 if _unsigned_integer(file, 28, 2) >= 400 else 3
@@ -97,10 +97,10 @@ def _unsigned_integer(file: BinaryIO, at: int, size: int) -> int:
     return int.from_bytes(content, "little") if len(content) == size else 0
 
 
-def _require_records(path: Path, name: str, group: Any, channels: Iterable[int | None]) -> None:
+def _require_in_records(path: Path, name: str, group: Any, channels: Iterable[int | None]) -> None:
     """Refuses what lies beyond the records of a group, where asammdf leaves its buffers."""
     head = group.channel_group
-    require_size(path, name, head.cycles_nr)
+    require_allowed_size(path, name, head.cycles_nr)
     record = head.samples_byte_nr + getattr(head, "invalidation_bytes_nr", 0)
     stored = sum(block.original_size for block in group.get_data_blocks())
     whole = stored < (head.cycles_nr + 1) * max(1, record) and (record <= stored or not stored)

@@ -23,11 +23,13 @@ _LIBRARIES = ("asammdf", "can", "cantools", "rosbags")
 """Loggers of libraries; npTDMS has a switch of its own."""
 
 
-def read_format(opener: Opener, path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> Table:
+def read_by_optional_library(
+    opener: Opener, path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP
+) -> Table:
     """Read the table of a file whose channels a library gives; see `Reader`."""
     require_readable(path)
     try:
-        with LIMIT.lowered(), _silent(), opener(path, signals) as file:
+        with LIMIT.lowered(), _silence_libraries(), opener(path, signals) as file:
             return table_from_channels(path, file, needed, signals)
     except InvalidInputError:
         raise
@@ -45,7 +47,7 @@ def read_format(opener: Opener, path: Path, needed: Sequence[str], signals: Sign
 
 
 @contextmanager
-def _silent() -> Iterator[None]:
+def _silence_libraries() -> Iterator[None]:
     """Keeps libraries from writing about damage to the terminal; what matters is in our message."""
     loggers = [logging.getLogger(name) for name in _LIBRARIES]
     usual = [logger.level for logger in loggers]
@@ -68,7 +70,7 @@ def import_library(name: str, extra: str, path: Path) -> Any:
         ) from None
 
 
-def require_size(path: Path, name: str, samples: int) -> None:
+def require_allowed_size(path: Path, name: str, samples: int) -> None:
     """Refuses a channel before it is in memory."""
     if samples > MAX_SAMPLES:
         raise InvalidInputError(

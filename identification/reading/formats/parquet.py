@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples
-from identification.reading.formats.optional_libraries import import_library, require_size
+from identification.reading.formats.optional_libraries import import_library, require_allowed_size
 from identification.reading.signal_map import SignalMap
-from identification.reading.units import stated_unit
+from identification.reading.units import unit_attribute
 from symbolic import InvalidInputError
 from symbolic.tables.toml_and_json_parsing import excerpt
 
@@ -24,18 +24,18 @@ def open_parquet(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
         schema = file.schema_arrow
 
         def read(name: str) -> ChannelSamples:
-            require_size(path, name, file.metadata.num_rows)
+            require_allowed_size(path, name, file.metadata.num_rows)
             field = schema.field(name)
             if not str(field.type).startswith(_KINDS):
                 raise InvalidInputError(f"{path}: column {excerpt(name)} must hold numbers")
-            values = _plain(file.read(columns=[name]).column(name), field.type)
+            values = _as_numpy_type(file.read(columns=[name]).column(name), field.type)
             told = {_text(key): _text(value) for key, value in (field.metadata or {}).items()}
-            return ChannelSamples(values=values.to_numpy(), unit=stated_unit(told))
+            return ChannelSamples(values=values.to_numpy(), unit=unit_attribute(told))
 
         yield ChannelFile(names=list(schema.names), read=read)
 
 
-def _plain(column: Any, kind: Any) -> Any:
+def _as_numpy_type(column: Any, kind: Any) -> Any:
     """A column of a type that numpy has; times of the day as durations since midnight."""
     if str(kind).startswith("decimal"):
         return column.cast("float64")

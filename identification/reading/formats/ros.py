@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples
-from identification.reading.formats.optional_libraries import import_library, require_size
+from identification.reading.formats.optional_libraries import import_library, require_allowed_size
 from identification.reading.signal_map import SignalMap
 
 _DEEPEST = 6
@@ -30,17 +30,19 @@ def open_ros(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
         for connection in bag.connections:
             for _, _, raw in bag.messages([connection]):
                 message = bag.deserialize(raw, connection.msgtype)
-                fields |= {f"{connection.topic}.{n}": (connection, n) for n in _leaves(message)}
+                fields |= {
+                    f"{connection.topic}.{n}": (connection, n) for n in _number_field_names(message)
+                }
                 break
 
         def read(name: str) -> ChannelSamples:
             connection, field = fields[name]
-            require_size(path, name, connection.msgcount)
+            require_allowed_size(path, name, connection.msgcount)
             times, values = array("d"), array("d")
             start = None
             for _, recorded, raw in bag.messages([connection]):
                 message = bag.deserialize(raw, connection.msgtype)
-                require_size(path, name, len(times) + 1)
+                require_allowed_size(path, name, len(times) + 1)
                 stamp = getattr(getattr(message, "header", None), "stamp", None)
                 measured = 0 if stamp is None else stamp.sec * 1_000_000_000 + stamp.nanosec
                 start = bag.start_time if start is None else start
@@ -51,7 +53,7 @@ def open_ros(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
         yield ChannelFile(names=list(fields), read=read, own_clocks=True)
 
 
-def _leaves(value: Any, prefix: str = "", depth: int = 0) -> Iterator[str]:
+def _number_field_names(value: Any, prefix: str = "", depth: int = 0) -> Iterator[str]:
     """Names of the numbers in a message."""
     if isinstance(value, bool | int | float | np.number):
         yield prefix
@@ -61,7 +63,7 @@ def _leaves(value: Any, prefix: str = "", depth: int = 0) -> Iterator[str]:
         for name in value.__dataclass_fields__:
             if not name.startswith("__"):
                 inner = f"{prefix}.{name}" if prefix else name
-                yield from _leaves(getattr(value, name), inner, depth + 1)
+                yield from _number_field_names(getattr(value, name), inner, depth + 1)
 
 
 def _value(message: Any, field: str) -> float:

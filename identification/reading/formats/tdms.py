@@ -9,7 +9,7 @@ from struct import unpack
 import numpy as np
 
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples
-from identification.reading.formats.optional_libraries import import_library, require_size
+from identification.reading.formats.optional_libraries import import_library, require_allowed_size
 from identification.reading.signal_map import SignalMap
 from symbolic import InvalidInputError
 from symbolic.float_array import Array
@@ -25,7 +25,7 @@ _UNKNOWN_LENGTH = 2**64 - 1
 def open_tdms(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
     """Channels as `group/channel`; a waveform's start and increment are its clock."""
     nptdms = import_library("nptdms", "tdms", path)
-    remark = "" if _require_whole(path) else "LabVIEW did not close the file, its end may be missing"
+    remark = "" if _require_complete(path) else "LabVIEW did not close the file, its end may be missing"
     log = nptdms.log.log_manager
     # npTDMS leaves a damaged file open that it opened itself.
     with path.open("rb") as raw, ExitStack() as stack:
@@ -56,7 +56,7 @@ def open_tdms(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
 
         def read(name: str) -> ChannelSamples:
             channel = channels[name]
-            require_size(path, name, len(channel))
+            require_allowed_size(path, name, len(channel))
             values = np.asarray(channel[:])
             unit = str(channel.properties.get("unit_string", ""))
             return ChannelSamples(
@@ -66,7 +66,7 @@ def open_tdms(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
         yield ChannelFile(names=list(channels), read=read, own_clocks=True)
 
 
-def _require_whole(path: Path) -> bool:
+def _require_complete(path: Path) -> bool:
     """Whether the last segment declares its length; npTDMS reads on where a file is shorter."""
     size, at = path.stat().st_size, 0
     with path.open("rb") as file:

@@ -10,7 +10,7 @@ from typing import Any
 import casadi as ca
 
 from observers.embedded.jinja_templates import ObserverBody, render
-from observers.embedded.rolled_c import rolled_c
+from observers.embedded.loop_c import c_function_with_loops
 from observers.embedded.scalar_expansion import (
     ConstantSubstitution,
     Tunable,
@@ -51,20 +51,20 @@ def acquisition_functions(observer: ModelObserver, constants: ConstantSubstituti
     follow = tracking_consistency.build_tracking_consistency(patch, model)
     conclude = acquisition.build_acquisition_decision(patch, model)
     functions = [
-        without_outputs(hysteresis_branches.build_track_update(), {"turns"}).expand(
+        without_outputs(hysteresis_branches.build_all_branches_update(), {"turns"}).expand(
             "follow_turns", {"cse": True}
         ),
         hysteresis_branches.build_present_branch_update(),
         hysteresis_branches.build_new_ground_branches(),
         hysteresis_branches.build_sliding_onset_turn(),
-        _edge(observer, constants.tunable == "all"),
+        _build_stick_moment_beyond(observer, constants.tunable == "all"),
         mu_over_k_hypotheses.build_one_hypothesis_update(has_gear_friction(model)),
         mu_over_k_hypotheses.build_torque_error(),
         expand_with_constants("follow_output", follow, known),
         hypotheses_verdict.build_mu_std_from_torque_scale(patch.misfit > 0, model.gain_share),
         expand_with_constants("conclude", conclude, known),
     ]
-    theta = observer.constants[: len(observer.model.coordinates)].tolist()
+    theta = observer.constants[: len(observer.model.coordinate_names)].tolist()
     numbers = {"theta": theta, "geometry": [observer.rig.a, observer.rig.e]}
     for build in (build_added_torque, build_equivalent_contact, build_patch_angle):
         if (function := build(observer.model)) is not None:
@@ -73,7 +73,7 @@ def acquisition_functions(observer: ModelObserver, constants: ConstantSubstituti
     return [*functions, _observe_torque(observer, constants)]
 
 
-def _edge(observer: ModelObserver, tunable: bool) -> ca.Function:
+def _build_stick_moment_beyond(observer: ModelObserver, tunable: bool) -> ca.Function:
     """(z, a, e) -> moment that a stuck patch has beyond z, over k [m^3], `unit_corner_moment`."""
     inputs = symbols(ca.SX, z=1, a=1, e=1)
     z, *geometry = inputs.values()
@@ -84,18 +84,20 @@ def _edge(observer: ModelObserver, tunable: bool) -> ca.Function:
     return named_function("beyond", inputs, {"moment": moment}, cse=True)
 
 
-def rolled_verdict(observer: ModelObserver, real: Real, tunable: Tunable) -> tuple[ca.Function, str]:
+def verdict_function_and_loop_c(
+    observer: ModelObserver, real: Real, tunable: Tunable
+) -> tuple[ca.Function, str]:
     """The verdict of the hypotheses, and its C as loops over them.
 
     Of its limits those are numbers that are the tuning's, without `tunable`.
     """
     function = hypotheses_verdict.build_hypotheses_verdict(has_gear_friction(observer.measurement_model))
-    begin = len(observer.model.coordinates) + len(RIG)
+    begin = len(observer.model.coordinate_names) + len(RIG)
     tuning = dict(zip(TUNING_FIELDS, observer.constants[begin:].tolist(), strict=False))
     names, count = ("mu", "mu_std", "stiffness_std"), len(mu_over_k_hypotheses.RATIOS)
     numbers = {mu_over_k_hypotheses.SETTINGS.index(name): tuning[name] for name in names}
     known = {} if tunable else {"limits": numbers}
-    return function, rolled_c("verdict_of", function, count, real.c_type, known)
+    return function, c_function_with_loops("verdict_of", function, count, real.c_type, known)
 
 
 def with_supervision(
@@ -105,7 +107,7 @@ def with_supervision(
     if not observer.acquire:
         return body
     values = {**terms, **_placeholders(observer, terms)}
-    values |= _handed(observer, is_window=bool(terms["window"]))
+    values |= _handover_indices(observer, is_window=bool(terms["window"]))
     sizes = {
         "own": len(acquisition.OWN), "verdict": len(hypotheses_verdict.VERDICT),
         "block": len(observer.measurement_model.torque_state),
@@ -126,7 +128,7 @@ def with_supervision(
     )
 
 
-def _handed(observer: ModelObserver, *, is_window: bool) -> dict[str, Any]:
+def _handover_indices(observer: ModelObserver, *, is_window: bool) -> dict[str, Any]:
     """Where the states that are handed over go, and their covariances, stored column by column."""
     states, handed = observer.states, states_handed_over(observer.states)
     at = {name: i for i, name in enumerate(handover_names(handed))}
@@ -154,14 +156,14 @@ def _observe_torque(observer: ModelObserver, constants: ConstantSubstitution) ->
     limits = mu_over_k_hypotheses.acquisition_settings(named(TUNING_FIELDS, tuning), misfit, again)
     outputs = {"block_next": vector_of(names, after), "psi": psi, "M_z": M_z, "added": added}
     function = named_function("observe_torque", inputs, {**outputs, "limits": limits})
-    return constants.fill("observe_torque", function)
+    return constants.substitute_constants("observe_torque", function)
 
 
 def _placeholders(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str, Any]:
     """Values of the placeholders of `templates/estimators/supervision.c`."""
     patch = observer.equivalent_patch
-    begin = len(observer.model.coordinates)
-    places = {"k": observer.model.coordinates.index("k")}
+    begin = len(observer.model.coordinate_names)
+    places = {"k": observer.model.coordinate_names.index("k")}
     places |= {name: begin + i for i, name in enumerate(RIG)}
     places["zero_std"] = begin + len(RIG) + TUNING_FIELDS.index("zero_std")
     numbers = observer.constants.tolist()

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import wrightomega
 
-from observers.embedded.patches.patch_code import LinearisedPatch, PatchCode, window_of
+from observers.embedded.patches.patch_code import LinearisedPatch, PatchCode, mhe_window_length
 from observers.embedded.patches.patch_effects import TERMS, PatchEffects
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.estimators.model_observer import ModelObserver
@@ -23,7 +23,7 @@ from observers.measurement.linearisation import angle_is_state
 from symbolic import Model
 from symbolic.bristle_patch import SPAN
 from symbolic.bristle_slip import REFERENCE_SPEED, REST_SPEED
-from symbolic.compilation.scalar_c import c_function, c_records
+from symbolic.compilation.scalar_c import c_function, c_struct_array
 from symbolic.elements_in_series import BALANCE_STEPS
 from symbolic.patch_moment import full_slide_arm
 
@@ -38,19 +38,19 @@ MAX_GROUP_SIZE, MIN_GROUPS = 5, 16
 
 def has_bristles(observer: ModelObserver) -> bool:
     """True for a model that needs bristles."""
-    return type(observer.model) is Model and not observer.model.exact
+    return type(observer.model) is Model and not observer.model.uses_exact_patch
 
 
 def bristle_patch_code(observer: ModelObserver, real: Real) -> PatchCode:
     """The patch of an observer for which `has_bristles` holds."""
-    effects, window = PatchEffects(observer), window_of(observer)
+    effects, window = PatchEffects(observer), mhe_window_length(observer)
     terms = bristle_placeholders(effects, real)
-    functions = {"sample_terms": effects.sample_terms(), "initial_memory": effects.initial()}
+    functions = {"sample_terms": effects.sample_terms(), "initial_memory": effects.initial_memory()}
     if terms["grows"]:
         functions["pressure_at"] = effects.pressure()
     if terms["limited"]:
-        functions["limit_factor"] = effects.limit_factor()
-    if (deflection := effects.deflection()) is not None:
+        functions["limit_factor"] = effects.build_friction_factor_by_speed()
+    if (deflection := effects.build_series_deflection()) is not None:
         functions["deflection"] = deflection
     written = [c_function(name, function, real.c_type) for name, function in functions.items()]
     table = bristle_constants(effects, terms)
@@ -59,17 +59,17 @@ def bristle_patch_code(observer: ModelObserver, real: Real) -> PatchCode:
     numbers = effects.memory_size + 4 + by_k + terms["compliant"] * (5 + 3 * by_k + terms["relaxation"])
     kept = ["M_z", "by_mu", "mu", *(("by_k", "stiffness", "nominal") if by_k else ())]
     kept += ["angle", "by_angle"] if angle_is_state(observer.measurement_model) else []
-    tried = tried_bristles_code(table, terms["coarse"], real) if terms["coarse"] else ""
+    tried = bristle_group_table_c(table, terms["coarse"], real) if terms["coarse"] else ""
     return PatchCode(
         observer=observer,
         real=real,
         torque_model=LinearisedPatch(by_stiffness=by_k, slides=True),
-        functions="\n".join([c_records("bristle", table, real.c_type), tried, *written]),
+        functions="\n".join([c_struct_array("bristle", table, real.c_type), tried, *written]),
         templates=("patches/bristles.c", *(("patches/bristles_window.c",) if window else ())),
         type_template="patches/bristles_type.c",
         terms=terms | {"stiff": repr(float(-(table["moment"] * table["lever"]).sum()))},
         k=repr(float(observer.values["k"])),
-        bytes=int(real.size * (arrays * effects.patch.bristles + numbers)),
+        bytes=int(real.size * (arrays * effects.patch.bristle_count + numbers)),
         kept=f"    {real.c_type} {', '.join(f'{name}[{window}]' for name in kept)};\n",
         kept_bytes=len(kept) * real.size,
         follows_mu=True,
@@ -79,13 +79,13 @@ def bristle_patch_code(observer: ModelObserver, real: Real) -> PatchCode:
 
 def bristle_placeholders(effects: PatchEffects, real: Real) -> dict[str, Any]:
     """Values of the placeholders of the templates."""
-    patch, rig, deflection = effects.patch, effects.observer.rig, effects.deflection()
+    patch, rig, deflection = effects.patch, effects.observer.rig, effects.build_series_deflection()
     traits, log_reference = patch.traits, float(np.log(REFERENCE_SPEED))
     branched, compliant = traits.relaxation is not None, deflection is not None
     creep = 0.0 if traits.creep is None else float(traits.creep)
-    slide = patch.effective_friction(effects.inputs(speed=rig.slide_rate))
+    slide = patch.effective_friction(effects.unit_patch_inputs(speed=rig.slide_rate))
     return {
-        "bristles": patch.bristles, "rig_at_run_time": False, "effects": True,
+        "bristles": patch.bristle_count, "rig_at_run_time": False, "effects": True,
         "own": effects.memory_size,
         "angle_is_state": angle_is_state(effects.observer.measurement_model),
         "by_k": "stiffness" in effects.observer.states, "parts": ["q", *["branch"] * branched],
@@ -98,11 +98,11 @@ def bristle_placeholders(effects: PatchEffects, real: Real) -> dict[str, Any]:
         "relaxation": branched, "creep": creep, "grows": traits.growth is not None,
         "limited": bool(traits.limits), "static_limit": traits.growth is None and not traits.limits,
         "compliant": compliant, "evaluations": 7,
-        "coarse": _coarse(patch.bristles) if compliant and real is SINGLE else 0,
+        "coarse": _bristles_per_group(patch.bristle_count) if compliant and real is SINGLE else 0,
         "balance_steps": 1 if _is_linear(deflection) else BALANCE_STEPS,
         "rest_factor": 1 + creep * float(np.log(REST_SPEED / REFERENCE_SPEED)),
         "log_reference": log_reference, "offset": log_reference - (1 / creep if creep else 0.0),
-        "rest_speed": REST_SPEED, "single": real is SINGLE, **_omega(),
+        "rest_speed": REST_SPEED, "single": real is SINGLE, **_wright_omega_table(),
         # Effective friction over mu where the patch has one length, else empty [1].
         "slide": "" if traits.growth is not None else repr(float(slide)),
         "slide_rate": repr(float(rig.slide_rate)),
@@ -111,7 +111,7 @@ def bristle_placeholders(effects: PatchEffects, real: Real) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _omega() -> dict[str, Any]:
+def _wright_omega_table() -> dict[str, Any]:
     """The table of Wright's function: a cubic of the place between two knots."""
     near = (OMEGA[1] - OMEGA[0]) * OMEGA_KNOTS_PER_UNIT
     apart = np.repeat([1, OMEGA_SPARSE], [near, OMEGA_FAR]) / OMEGA_KNOTS_PER_UNIT
@@ -136,11 +136,11 @@ def bristle_constants(effects: PatchEffects, terms: dict[str, Any]) -> dict[str,
     """
     patch = effects.patch
     geometry = replace(patch, traits=replace(patch.traits, limits=()))
-    numbers = np.asarray(geometry.coefficients(effects.inputs())).ravel()
-    n = patch.bristles
+    numbers = np.asarray(geometry.coefficients(effects.unit_patch_inputs())).ravel()
+    n = patch.bristle_count
     tables = {"lever": numbers[:n], "moment": numbers[2 * n : 3 * n]}
     if terms["grows"]:
-        return tables | {"place": SPAN * np.asarray(patch.nodes()[0]).ravel()}
+        return tables | {"place": SPAN * np.asarray(patch.nodes_and_weights()[0]).ravel()}
     tables["pressure"] = pressure = numbers[n : 2 * n]
     if terms["creep"] and terms["static_limit"]:
         tables |= {
@@ -149,13 +149,13 @@ def bristle_constants(effects: PatchEffects, terms: dict[str, Any]) -> dict[str,
     return tables
 
 
-def _coarse(bristles: int) -> int:
+def _bristles_per_group(bristles: int) -> int:
     """Bristles in each of these groups: an odd divisor of their number."""
     divisors = [n for n in range(1, MAX_GROUP_SIZE + 1, 2) if bristles % n == 0]
     return max(n for n in divisors if n == 1 or bristles // n >= MIN_GROUPS)
 
 
-def tried_bristles_code(table: dict[str, NDArray[np.float64]], coarse: int, real: Real) -> str:
+def bristle_group_table_c(table: dict[str, NDArray[np.float64]], coarse: int, real: Real) -> str:
     """C of the bristles on which a turn is searched: their indices, and the moment of each group."""
     moments = table["moment"].reshape(-1, coarse).sum(axis=1)
     rows = [f"    {{{coarse * i + coarse // 2}, {m!r}}}," for i, m in enumerate(moments.tolist())]

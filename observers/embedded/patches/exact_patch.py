@@ -8,7 +8,7 @@ expressions, once a sample.
 
 import casadi as ca
 
-from observers.embedded.patches.patch_code import LinearisedPatch, PatchCode, window_of
+from observers.embedded.patches.patch_code import LinearisedPatch, PatchCode, mhe_window_length
 from observers.embedded.patches.patch_effects import TERMS, PatchEffects
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.estimators.model_observer import ModelObserver
@@ -16,7 +16,7 @@ from observers.measurement.linearisation import angle_is_state
 from symbolic import Model, full_slide_level
 from symbolic.casadi_functions import named_function
 from symbolic.compilation.scalar_c import c_function
-from symbolic.elements_in_series import deflection_of
+from symbolic.elements_in_series import series_deflection
 from symbolic.patch_moment import corner_moment_and_derivative, unit_corner_moment
 
 DEPTH = Model().corners
@@ -24,21 +24,21 @@ DEPTH = Model().corners
 where fewer than three places are free, as in `symbolic.zone_patch`: up to 29 are exact."""
 
 
-def has_corners(observer: ModelObserver) -> bool:
+def has_exact_patch(observer: ModelObserver) -> bool:
     """True for the declared model, or under effects that leave the patch exact, with none in series."""
     model = observer.model
-    return type(model) is Model and model.exact and deflection_of(model) is None
+    return type(model) is Model and model.uses_exact_patch and series_deflection(model) is None
 
 
 def exact_patch_code(observer: ModelObserver, real: Real, *, rig_at_run_time: bool = False) -> PatchCode:
-    """The patch of an observer for which `has_corners` holds; k and rig at run time, if asked for."""
+    """The patch of an observer that `has_exact_patch`; k and rig at run time, if asked for."""
     effects, a, e = bool(observer.model.effects), observer.rig.a, observer.rig.e
     rig_at_run_time, k = rig_at_run_time and not effects, repr(float(observer.values["k"]))
-    on_patch, window = PatchEffects(observer), window_of(observer)
+    on_patch, window = PatchEffects(observer), mhe_window_length(observer)
     by_angle = angle_is_state(observer.measurement_model)
     functions = {"unit_moment": build_corner_moment(observer, rig_at_run_time=rig_at_run_time)}
     if effects:
-        terms, initial = on_patch.sample_terms(), on_patch.initial()
+        terms, initial = on_patch.sample_terms(), on_patch.initial_memory()
         functions |= {"sample_terms": terms, "initial_memory": initial}
     numbers = {
         "a": repr(float(a)), "k": k, "level": repr(float(full_slide_level(1.0, a))),

@@ -21,7 +21,7 @@ class LinearisedPatch:
     slides: bool  # The effective friction is in the memory too; else it is the declared model's.
 
     @property
-    def layout(self) -> Layout:
+    def memory_layout(self) -> Layout:
         """The memory.
 
         M_z [N m] and its derivative by mu, at mu [1]; its derivative by k, at k [N/m^2]; effective
@@ -34,10 +34,10 @@ class LinearisedPatch:
     @property
     def memory_size(self) -> int:
         """Length of the memory."""
-        return self.layout.size
+        return self.memory_layout.size
 
     @property
-    def coordinates(self) -> tuple[str, ...]:
+    def coordinate_names(self) -> tuple[str, ...]:
         """Those of the declared model."""
         return tuple(parameter.name for parameter in DECLARED)
 
@@ -56,8 +56,8 @@ class LinearisedPatch:
     def torque(self) -> ca.Function:
         """The torque to first order: (memory, seen, theta, geometry) -> M_z."""
         memory, _, theta, _ = inputs = self._symbols()
-        at = self.layout.split(memory)
-        values = dict(zip(self.coordinates, ca.vertsplit(theta), strict=True))
+        at = self.memory_layout.split(memory)
+        values = dict(zip(self.coordinate_names, ca.vertsplit(theta), strict=True))
         M_z = at["M_z"] + at["by_mu"] * (values["mu"] - at["mu"])
         if self.by_stiffness:
             M_z = M_z + at["by_k"] * (values["k"] - at["k"])
@@ -69,8 +69,8 @@ class LinearisedPatch:
         memory, _, theta, geometry = self._symbols()
         F_N, rate = ca.MX.sym("F_N"), ca.MX.sym("rate")
         if self.slides:
-            at = self.layout.split(memory)
-            mu_eff = theta[self.coordinates.index("mu")] * at["slide"] + at["beside"]
+            at = self.memory_layout.split(memory)
+            mu_eff = theta[self.coordinate_names.index("mu")] * at["slide"] + at["beside"]
             slide = [mu_eff, mu_eff * F_N * full_slide_arm(geometry[0], geometry[1])]
         else:
             declared = Model()
@@ -84,7 +84,7 @@ class LinearisedPatch:
         return False
 
     def _symbols(self) -> list[ca.MX]:
-        sizes = (self.memory_size, len(SIGNALS), len(self.coordinates), len(GEOMETRY))
+        sizes = (self.memory_size, len(SIGNALS), len(self.coordinate_names), len(GEOMETRY))
         return [ca.MX.sym(f"in{i}", size) for i, size in enumerate(sizes)]
 
 
@@ -113,6 +113,6 @@ class PatchCode:
     takes_rig: bool  # Model and rig can be taken at run time.
 
 
-def window_of(observer: ModelObserver) -> int:
+def mhe_window_length(observer: ModelObserver) -> int:
     """Samples of a window, 0 for a filter."""
     return int(getattr(observer, "window", 0))

@@ -12,11 +12,11 @@ from observers.estimators.model_observer import ModelObserver
 from symbolic import SIGNALS, Model
 from symbolic.bristle_patch import BristlePatch
 from symbolic.casadi_functions import named_function
-from symbolic.compilation.single_bristle_functions import patch_of
+from symbolic.compilation.single_bristle_functions import bristle_patch_of
 from symbolic.effects.base import Signals
-from symbolic.elements_in_series import deflection_of
+from symbolic.elements_in_series import series_deflection
 from symbolic.full_slide import build_full_slide
-from symbolic.model import add_torques, sample_at_the_patch, torque_of_memories
+from symbolic.model import add_effect_torques, effect_memory_torque, transform_sample_by_effects
 from symbolic.patch_interface import PatchInputs
 from symbolic.zone_patch import ZonePatch
 
@@ -37,21 +37,21 @@ class PatchEffects:
         return self.observer.model
 
     @cached_property
-    def theta(self) -> ca.DM:
+    def unit_theta(self) -> ca.DM:
         """The parameters with mu = 1."""
         return self.model.theta({**self.observer.values, "mu": 1.0})
 
     @cached_property
     def patch(self) -> BristlePatch:
         """The patch with its traits as numbers."""
-        return patch_of(self.model, self.theta)
+        return bristle_patch_of(self.model, self.unit_theta)
 
     @property
     def memory_size(self) -> int:
         """Length of the effects' own memories."""
         return sum(effect.memory for effect in self.model.effects)
 
-    def inputs(self, **changes: Any) -> PatchInputs:
+    def unit_patch_inputs(self, **changes: Any) -> PatchInputs:
         """Inputs of the patch for mu = 1, a load of 1 N and no speed, as numbers."""
         rig, k = self.observer.rig, self.observer.values["k"]
         usual = {"speed": 0.0, "dt": 1.0, "F_N": 1.0, "factor": 1.0, "mu": 1.0}
@@ -61,12 +61,14 @@ class PatchEffects:
         """(signals, own) -> (terms, own_next): what the effects make of a sample."""
         model, rig = self.model, self.observer.rig
         signals, own = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("own", self.memory_size)
-        theta = ca.MX.sym("theta", self.theta.numel())
+        theta = ca.MX.sym("theta", self.unit_theta.numel())
         memory = ca.vertcat(ca.MX.zeros(1 + model.patch().size), own)
-        at_patch, memories, factor = sample_at_the_patch(model, model.split(memory)[2], signals, theta)
+        at_patch, memories, factor = transform_sample_by_effects(
+            model, model.split_memory(memory)[2], signals, theta
+        )
         after = ca.vertcat(ca.MX.zeros(1 + model.patch().size), *memories)
-        torque = add_torques(torque_of_memories(memories, model, theta), model, at_patch, theta)
-        growth, reach, decay, gain = self._of_bristles(at_patch, factor, theta)
+        torque = add_effect_torques(effect_memory_torque(memories, model, theta), model, at_patch, theta)
+        growth, reach, decay, gain = self._bristle_coefficients(at_patch, factor, theta)
         geometry = ca.DM([rig.a, rig.e])
         # A patch that slides as the declared one.
         sliding = build_full_slide(model, ZonePatch().effective_friction)
@@ -83,25 +85,27 @@ class PatchEffects:
         }  # fmt: skip
         terms = ca.densify(ca.vertcat(*(named[name] for name in TERMS)))
         outputs = {"terms": terms, "own_next": ca.vertcat(*memories)}
-        return self._of_numbers("sample_terms", outputs, signals=signals, own=own, theta=theta)
+        return self._with_fixed_theta("sample_terms", outputs, signals=signals, own=own, theta=theta)
 
-    def _of_bristles(self, at_patch: Signals, factor: Any, theta: ca.MX) -> tuple[Any, ...]:
+    def _bristle_coefficients(self, at_patch: Signals, factor: Any, theta: ca.MX) -> tuple[Any, ...]:
         """Growth of the patch, slip of a sample at 1 m/s, decay and gain of the Maxwell branches."""
         patch = self.model.patch(theta)
         if not isinstance(patch, BristlePatch):
             return 1, 0, 0, 0
         growth = patch.traits.relative_length(at_patch.F_N, self.observer.rig.a)
-        inputs = self.inputs(speed=at_patch.psi_dot, dt=at_patch.dt, F_N=at_patch.F_N, factor=factor)
-        n, coefficients = patch.bristles, patch.coefficients(inputs)
+        inputs = self.unit_patch_inputs(
+            speed=at_patch.psi_dot, dt=at_patch.dt, F_N=at_patch.F_N, factor=factor
+        )
+        n, coefficients = patch.bristle_count, patch.coefficients(inputs)
         return growth, coefficients[3 * n + 2], coefficients[3 * n], coefficients[3 * n + 1]
 
-    def initial(self) -> ca.Function:
+    def initial_memory(self) -> ca.Function:
         """(signals) -> (angle, own): the memory before the first sample."""
         initial = self.model.initial
-        signals, theta = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("theta", self.theta.numel())
+        signals, theta = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("theta", self.unit_theta.numel())
         memory = initial(signals, theta, ca.DM([self.observer.rig.a, self.observer.rig.e]))
         outputs = {"angle": memory[0], "own": memory[1 + self.model.patch().size :]}
-        return self._of_numbers("initial_memory", outputs, signals=signals, theta=theta)
+        return self._with_fixed_theta("initial_memory", outputs, signals=signals, theta=theta)
 
     def pressure(self) -> ca.Function:
         """(place, growth) -> limit over mu and load [1/N], of a patch that grows."""
@@ -111,24 +115,24 @@ class PatchEffects:
         inputs = {"place": place, "growth": growth}
         return named_function("pressure_at", inputs, {"pressure": pressure}).expand()
 
-    def limit_factor(self) -> ca.Function:
+    def build_friction_factor_by_speed(self) -> ca.Function:
         """(speed) -> factor on the limit of a bristle that the wheel drives at this speed [m/s]."""
         speed, factor = ca.MX.sym("speed"), ca.MX(1)
         for limit in self.patch.traits.limits:
             factor = factor * limit(speed)
         return named_function("limit_factor", {"speed": speed}, {"factor": factor}).expand()
 
-    def deflection(self) -> ca.Function | None:
+    def build_series_deflection(self) -> ca.Function | None:
         """(M_z, F_N) -> (turn, by_torque): elements in series with the patch; None for none."""
-        deflection = deflection_of(self.model)
+        deflection = series_deflection(self.model)
         if deflection is None:
             return None
-        M_z, F_N, theta = ca.MX.sym("M_z"), ca.MX.sym("F_N"), ca.MX.sym("theta", self.theta.numel())
+        M_z, F_N, theta = ca.MX.sym("M_z"), ca.MX.sym("F_N"), ca.MX.sym("theta", self.unit_theta.numel())
         turn = deflection(M_z, ca.vertcat(F_N, theta))
         outputs = {"turn": turn, "by_torque": ca.densify(ca.jacobian(turn, M_z))}
-        return self._of_numbers("deflection", outputs, M_z=M_z, F_N=F_N, theta=theta)
+        return self._with_fixed_theta("deflection", outputs, M_z=M_z, F_N=F_N, theta=theta)
 
-    def _of_numbers(self, name: str, outputs: dict[str, ca.MX], **inputs: ca.MX) -> ca.Function:
+    def _with_fixed_theta(self, name: str, outputs: dict[str, ca.MX], **inputs: ca.MX) -> ca.Function:
         """A Function of symbols by their names, of which theta becomes numbers."""
         function = named_function(name, inputs, outputs)
-        return expand_with_constants(name, function, {"theta": np.asarray(self.theta).ravel()})
+        return expand_with_constants(name, function, {"theta": np.asarray(self.unit_theta).ravel()})

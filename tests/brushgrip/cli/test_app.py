@@ -9,7 +9,7 @@ import pytest
 import brushgrip
 from brushgrip import commands
 from brushgrip.cli import own_packages_shadowed
-from brushgrip.cli.app import COMMANDS, app, command_of, found_commands, repeat_flag_per_value
+from brushgrip.cli.app import COMMANDS, app, command_of, command_request_classes, repeat_flag_per_value
 from brushgrip.cli.own_packages_shadowed import BEGINNINGS, shadowed_packages_message
 from brushgrip.published.fetch import FetchError
 from symbolic import InvalidInputError
@@ -112,7 +112,7 @@ def test_a_command_is_a_file(
 ) -> None:
     (tmp_path / "load.py").write_text(example("new command"))
     monkeypatch.setattr(commands, "__path__", [*commands.__path__, str(tmp_path)])
-    found = found_commands()
+    found = command_request_classes()
     monkeypatch.delitem(sys.modules, "brushgrip.commands.load")
     monkeypatch.delattr(commands, "load", raising=False)
     monkeypatch.setattr(app, "registered_commands", [*app.registered_commands])

@@ -14,7 +14,7 @@ from brushgrip.estimation.assumed_and_found_friction import (
     EKF_FOUND,
     friction_by_both_models,
 )
-from brushgrip.estimation.friction_budget import declared_values_in_words
+from brushgrip.estimation.friction_uncertainty_budget import declared_uncertainty_text
 from brushgrip.inputs.command_inputs import gather_inputs
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 from tests.brushgrip.factories import make_diagnosis
@@ -205,7 +205,7 @@ def test_a_half_length_that_follows_from_the_load_has_its_error(tolerance: float
     tolerances = replace(declared.tolerances, half_length=tolerance)
     follows = replace(declared, half_length=None, tolerances=tolerances)
 
-    assert "front_axle_load 8000 N (5.8%)" in declared_values_in_words(declared, brakes=True)
-    told = declared_values_in_words(follows, brakes=True)
+    assert "front_axle_load 8000 N (5.8%)" in declared_uncertainty_text(declared, brakes=True)
+    told = declared_uncertainty_text(follows, brakes=True)
     assert float(told.partition("8000 N (")[2].partition("%")[0]) > 1.2 * 5.8
     assert "half_length follows from the load; weighing the front axle narrows that most" in told

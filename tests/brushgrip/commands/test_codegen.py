@@ -10,13 +10,13 @@ import pytest
 
 from observers import Ekf, from_files
 from observers.embedded import generate
-from observers.embedded.fmu import is_host
+from observers.embedded.fmu import is_supported_host
 from symbolic import InvalidInputError, compiler
 from tests.brushgrip.helpers import Outcome, Run, table_of, with_defaults, write_model
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 NEEDS_COMPILER = pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
-NEEDS_HOST = pytest.mark.skipif(not is_host(), reason="FMUs are built on Linux x86_64 alone")
+NEEDS_HOST = pytest.mark.skipif(not is_supported_host(), reason="FMUs are built on Linux x86_64 alone")
 GENERATED = ["grip.c", "grip.h", "grip.hpp", "grip.json", "grip_vector.csv", "grip_sfun.c"]
 FILES = ["CMakeLists.txt", "check.c", "main.c", *GENERATED]
 

@@ -12,11 +12,11 @@ import pytest
 import identification
 from brushgrip.estimation import assumed_and_found_friction
 from brushgrip.inputs.command_inputs import gather_inputs
-from brushgrip.pictures.style import picture
+from brushgrip.pictures.style import figure_saved_as_png
 from brushgrip.published import bundled_files
 from brushgrip.running import unfinished_search
 from identification import Diagnosis, Huber, Journal, Recording
-from identification.selection.trial_runner import workers
+from identification.selection.trial_runner import worker_submitter
 from symbolic import InvalidInputError
 from symbolic.float_array import Array
 from tests.brushgrip.factories import make_diagnosis, make_outcome
@@ -117,7 +117,7 @@ def test_pictures_of_an_earlier_run_go_and_nothing_else(diagnose: Diagnose, aske
     out = Path("out")
     out.mkdir()
     for ours in ("experiment_stribeck.png", "friction.png", "mine.png"):
-        with picture(out / ours, 1.0):
+        with figure_saved_as_png(out / ours, 1.0):
             pass
     (out / "experiment_of_mine.png").write_bytes(b"not by us")
 
@@ -335,11 +335,11 @@ class TestDemo:
 
         labels = ["EKF, assumed model", "EKF, model found", "MHE, model found"]
         assert [track.label for track in tracks] == labels
-        assert outcome.compared == tracks
+        assert outcome.tracks_by_every_observer == tracks
         assert {track.reference for track in tracks} == {1.3}
         assert all(track.mu.size == 60 for track in tracks)
 
-        with workers(2) as submit:
+        with worker_submitter(2) as submit:
             found = make_diagnosis(("a",), ("held",))
             again = assumed_and_found_friction.friction_by_both_models([], recordings, found, submit)
         assert again is not None

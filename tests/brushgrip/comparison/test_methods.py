@@ -11,9 +11,9 @@ from brushgrip.comparison.methods import (
     ANALYTIC,
     Method,
     ObserverMethod,
-    all_inputs,
-    angle_and_torque_inputs,
+    correction_network_inputs,
     default_methods,
+    neural_network_inputs,
 )
 from identification import Recording
 from observers import RootObserver, Sample, run, zone_history
@@ -80,7 +80,7 @@ def part(recording: Recording, samples: int) -> Recording:
 
 
 def test_inputs_of_the_neural_network_are_angle_last_reversal_and_torque(recording: Recording) -> None:
-    psi, psi_max, M = angle_and_torque_inputs(recording).T
+    psi, psi_max, M = neural_network_inputs(recording).T
     reversal = int(np.flatnonzero(psi_max)[0])
 
     np.testing.assert_array_equal(psi, recording.psi - recording.psi[0])
@@ -91,18 +91,18 @@ def test_inputs_of_the_neural_network_are_angle_last_reversal_and_torque(recordi
 
 
 def test_inputs_of_the_correcting_network_hold_the_analytic_estimate(recording: Recording) -> None:
-    rows = all_inputs(recording)
+    rows = correction_network_inputs(recording)
     observer = RootObserver(rig=recording.rig, k=recording.tyre.k)
     mu = run(observer, recording.t, recording.psi, recording.F_N, recording.M_z).mu
 
-    np.testing.assert_array_equal(rows[:, :3], angle_and_torque_inputs(recording))
+    np.testing.assert_array_equal(rows[:, :3], neural_network_inputs(recording))
     np.testing.assert_array_equal(rows[:, ANALYTIC], mu)
     assert rows.shape == (recording.t.size, ANALYTIC + 1)
     assert set(rows[1:, 5]) <= {-1.0, 0.0, 1.0}
     assert set(rows[:, 6]) == {0.0, 1.0}
 
 
-@pytest.mark.parametrize("inputs", [angle_and_torque_inputs, all_inputs])
+@pytest.mark.parametrize("inputs", [neural_network_inputs, correction_network_inputs])
 def test_inputs_are_causal_and_finite_through_missing_torques(
     recording: Recording, inputs: Callable[[Recording], np.ndarray]
 ) -> None:

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from brushgrip.estimation.assumed_and_found_friction import offline_friction
+from brushgrip.estimation.assumed_and_found_friction import offline_mu_eff_at_end
 from brushgrip.estimation.friction_at_common_load import at_load, common_load
 from identification import FoundModel
 from symbolic import Model, Rig, effects_named
@@ -27,10 +27,10 @@ def test_the_offline_fit_counts_the_length_that_was_fitted() -> None:
     )
 
     plain = SimpleNamespace(**{**vars(recording), "name": "other"})
-    ratio = offline_friction(found, recording) / offline_friction(found, plain)  # type: ignore[arg-type]
+    ratio = offline_mu_eff_at_end(found, recording) / offline_mu_eff_at_end(found, plain)  # type: ignore[arg-type]
     assert ratio == pytest.approx(1.1 * 1.05, rel=1e-9)
     tyre["asymmetric_friction.ratio"] = 1.0
-    assert offline_friction(found, plain) == pytest.approx(1.2, rel=1e-6)  # type: ignore[arg-type]
+    assert offline_mu_eff_at_end(found, plain) == pytest.approx(1.2, rel=1e-6)  # type: ignore[arg-type]
 
 
 def test_friction_that_depends_on_the_load_is_told_at_one_load() -> None:
@@ -50,7 +50,7 @@ def test_friction_that_depends_on_the_load_is_told_at_one_load() -> None:
     assert common_load(found, [recording, lighter]) == 300.0, "one recorded"  # type: ignore[list-item]
     assert common_load(replace(found, model=Model(), tyre={"k": 3e6}), [recording]) is None  # type: ignore[list-item]
     fitted = replace(found, own={"one": {"mu": 1.2}})
-    at_two = [offline_friction(fitted, recording, load) for load in (400.0, 800.0)]  # type: ignore[arg-type]
+    at_two = [offline_mu_eff_at_end(fitted, recording, load) for load in (400.0, 800.0)]  # type: ignore[arg-type]
     assert at_two[1] / at_two[0] == pytest.approx(2**-0.2, rel=1e-9)
 
 
@@ -65,4 +65,4 @@ def test_the_offline_fit_tells_friction_at_the_end_where_it_drifts() -> None:
     )  # fmt: skip
 
     grown = 1.2 * (1 + 0.3 * (1 - np.exp(-1.0 / 0.5)))
-    assert offline_friction(found, recording) == pytest.approx(grown, rel=1e-6)  # type: ignore[arg-type]
+    assert offline_mu_eff_at_end(found, recording) == pytest.approx(grown, rel=1e-6)  # type: ignore[arg-type]

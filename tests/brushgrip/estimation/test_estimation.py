@@ -17,7 +17,7 @@ from brushgrip.estimation.observe_recording import (
     run_arguments,
 )
 from brushgrip.estimation.suspicious_recordings import (
-    differing_rates,
+    differing_sample_rates_note,
     inconsistency_remedy,
     weaker_direction_share_and_note,
 )
@@ -77,8 +77,8 @@ def test_noise_and_rate_of_the_torque_channel(recording: Recording) -> None:
         assert remedy(one, lasting, of_found=True).startswith("find what --model lacks")
         told = remedy(one, lasting, of_found=True, aligning=DirectionalFriction())
         assert told.startswith("leave --by-direction out, or find what --model lacks")
-    assert differing_rates(slower) == "torque at 500 Hz, angle at 1000 Hz: normal"
-    assert differing_rates(noisy) == ""
+    assert differing_sample_rates_note(slower) == "torque at 500 Hz, angle at 1000 Hz: normal"
+    assert differing_sample_rates_note(noisy) == ""
 
 
 def test_the_weaker_direction_of_a_found_model_is_told() -> None:

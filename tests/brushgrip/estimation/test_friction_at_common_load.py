@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from brushgrip.estimation.friction_at_common_load import friction_by_length, load_of_friction
+from brushgrip.estimation.friction_at_common_load import friction_load_text, friction_to_mu_eff_ratio
 from symbolic import Model, Rig, effects_named
 
 LAW = {"contact_length.n": 0.5, "contact_length.F_0": 300.0, "contact_length.m": 2.0}
@@ -21,10 +21,10 @@ def test_friction_without_the_growth_of_the_contact() -> None:
     longer = found("contact_length", **LAW)
 
     # The arm of full slide is 3/8 of a half-length that is 1.2 times the declared one, or less.
-    assert friction_by_length(longer, recording, 432.0) == pytest.approx(1 / 1.2)
-    assert friction_by_length(longer, recording, 75.0) == pytest.approx(2)
-    assert friction_by_length(longer, recording, 1e4) == pytest.approx(1 / 1.25)
-    assert "at 432 N, over the declared half-length; of the" in load_of_friction(longer, recording, 1)
-    assert "there friction is 0.83 times mu_eff" in load_of_friction(longer, recording, 1)
+    assert friction_to_mu_eff_ratio(longer, recording, 432.0) == pytest.approx(1 / 1.2)
+    assert friction_to_mu_eff_ratio(longer, recording, 75.0) == pytest.approx(2)
+    assert friction_to_mu_eff_ratio(longer, recording, 1e4) == pytest.approx(1 / 1.25)
+    assert "at 432 N, over the declared half-length; of the" in friction_load_text(longer, recording, 1)
+    assert "there friction is 0.83 times mu_eff" in friction_load_text(longer, recording, 1)
     steeper = found("load_dependent_friction", **{"load_dependent_friction.n": 0.4})
-    assert load_of_friction(steeper, recording, 1).endswith("mu_eff is that at 432 N")
+    assert friction_load_text(steeper, recording, 1).endswith("mu_eff is that at 432 N")

@@ -6,7 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgrip.estimation.friction_by_direction import directional_friction_and_line, hidden_by_zero
+from brushgrip.estimation.friction_by_direction import (
+    directional_friction_and_line,
+    hidden_by_torque_zero_note,
+)
 from brushgrip.estimation.observe_recording import model_observer, observe, observer_factory
 from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.wording.friction_in_words import estimates_summary
@@ -52,20 +55,20 @@ def test_a_zero_that_is_not_declared_hides_low_friction() -> None:
     recording = turned(0.02, 0, 0.09)
     slippery = turned(0.02, 0, 0.09, friction=0.08)
     observer = model_observer(Ekf, slippery, aligning=DirectionalFriction())
-    told = hidden_by_zero(observer, observe(lambda *_: observer, slippery))
+    told = hidden_by_torque_zero_note(observer, observe(lambda *_: observer, slippery))
 
     assert told.startswith("by direction, nothing below 0.12 is usable where the torque's zero is not")
     assert "[rig] zero = { tolerance" in told
     assert "leave --by-direction out" in told
-    assert hidden_by_zero(observer, observe(lambda *_: observer, recording)) == ""
+    assert hidden_by_torque_zero_note(observer, observe(lambda *_: observer, recording)) == ""
     single = model_observer(Ekf, slippery)
-    assert hidden_by_zero(single, observe(lambda *_: single, slippery)) == ""
+    assert hidden_by_torque_zero_note(single, observe(lambda *_: single, slippery)) == ""
     tolerances = replace(recording.rig.tolerances, zero=0.02)
     declared = replace(slippery, rig=replace(recording.rig, tolerances=tolerances))
     observer = model_observer(Ekf, declared, aligning=DirectionalFriction())
     estimates = observe(lambda *_: observer, declared)
     assert estimates.usable.any()
-    assert hidden_by_zero(observer, estimates) == ""
+    assert hidden_by_torque_zero_note(observer, estimates) == ""
 
 
 @pytest.mark.parametrize("noise", [0.02, 0.05, 0.2])

@@ -10,7 +10,7 @@ import pytest
 from brushgrip.estimation.observe_recording import observer_factory
 from brushgrip.inputs.command_inputs import gather_inputs
 from brushgrip.inputs.option_choices import ObserverName
-from brushgrip.inputs.recording_files import grounds_by_name
+from brushgrip.inputs.recording_files import parse_ground_by_recording
 from brushgrip.live.session_setup import source_and_estimator
 from brushgrip.outputs.provenance import provenance_of
 from tests.brushgrip.helpers import Run, Write, write_model
@@ -24,10 +24,10 @@ THREE = ["a", "b", "c"]
 
 def test_grounds_by_name() -> None:
     by_name = {"a": "steel", "b": "steel", "c": "red emery"}
-    assert grounds_by_name(THREE, ["steel=a, b", "red emery=c"]) == by_name
-    assert grounds_by_name(THREE, ["steel=a"]) == {"a": "steel"}
-    assert grounds_by_name(THREE, None) == {}
-    assert grounds_by_name(THREE, ["steel"]) == dict.fromkeys(THREE, "steel")
+    assert parse_ground_by_recording(THREE, ["steel=a, b", "red emery=c"]) == by_name
+    assert parse_ground_by_recording(THREE, ["steel=a"]) == {"a": "steel"}
+    assert parse_ground_by_recording(THREE, None) == {}
+    assert parse_ground_by_recording(THREE, ["steel"]) == dict.fromkeys(THREE, "steel")
 
 
 def test_a_ground_may_have_the_name_of_a_recording(write_csv: Write) -> None:
@@ -48,7 +48,7 @@ def test_a_ground_may_have_the_name_of_a_recording(write_csv: Write) -> None:
     ],
 )
 def test_faults(given: list[str], word: str) -> None:
-    assert refused(grounds_by_name, THREE, given).startswith(word)
+    assert refused(parse_ground_by_recording, THREE, given).startswith(word)
 
 
 @pytest.fixture

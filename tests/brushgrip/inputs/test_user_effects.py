@@ -187,7 +187,7 @@ def test_a_torque_of_memory_is_enough(here: Path) -> None:
     text = text.replace("signals.psi / signals.psi", "m").replace("    def ", remembers)
     (here / "own_slow.py").write_text(text)
 
-    assert [effect.remembers_torque for effect in import_user_effects(["own_slow"])] == [True]
+    assert [effect.adds_torque_from_memory for effect in import_user_effects(["own_slow"])] == [True]
 
 
 def test_a_file_is_the_module_of_its_name(here: Path) -> None:

@@ -76,13 +76,13 @@ def estimated(path: Path, observer: str = "ekf", **options: Any) -> Estimates:
     """What `brushgrip estimate` says of a file; options of `gather_inputs`."""
     inputs = gather_inputs([str(path)], **({"rig": RIG} | options))
     (recording,) = inputs.recordings(causal=True, torque_required=False)
-    return observe(observer_factory(ObserverName(observer)), recording, inputs.found())
+    return observe(observer_factory(ObserverName(observer)), recording, inputs.read_found_model())
 
 
 def same_to_the_last_digit(session: Session, said: Estimates) -> None:
     """What the session showed, of its last stretch, is what `estimate` says."""
     points = session.ring.since(0)
-    points = session.ring.since(0, int(points.of("stretch")[-1]))
+    points = session.ring.since(0, int(points.values_of_field("stretch")[-1]))
     np.testing.assert_array_equal(points.t, said.t)
     for name in ESTIMATE:
-        np.testing.assert_array_equal(points.of(name), getattr(said, name), err_msg=name)
+        np.testing.assert_array_equal(points.values_of_field(name), getattr(said, name), err_msg=name)

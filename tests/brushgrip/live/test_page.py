@@ -53,15 +53,18 @@ def test_a_view_shows_the_newest_point_to_the_last_digit() -> None:
     view.sent.text = view.sent.name
     view.update()
     newest = session.ring.since(299)
-    assert f'data-mu="{float(newest.of("mu_eff")[0])!r}"' in view.words.text
+    assert f'data-mu="{float(newest.values_of_field("mu_eff")[0])!r}"' in view.words.text
     # The words wait for no picture.
     assert not len(view.points.data["t"])
     for _ in range(1, PICTURES):
         view.sent.text = view.sent.name
         view.update()
 
-    assert view.points.data["mu"][-1] == newest.of("mu_eff")[0]
-    assert view.points.data["high"][-1] == newest.of("mu_eff")[0] + 2 * newest.of("mu_eff_std")[0]
+    assert view.points.data["mu"][-1] == newest.values_of_field("mu_eff")[0]
+    assert (
+        view.points.data["high"][-1]
+        == newest.values_of_field("mu_eff")[0] + 2 * newest.values_of_field("mu_eff_std")[0]
+    )
     np.testing.assert_allclose(np.diff(view.points.data["t"]), 0.01, atol=1.5e-3)
     assert view.button.label == "Record"
     assert [type(m).__name__ for m in view.layout().children] == ["Div", "figure", "figure", "Button"]

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.live.adviser import Adviser
-from brushgrip.live.row_estimation import Point, WheelRowEstimator
+from brushgrip.live.row_estimation import EstimatedSample, WheelRowEstimator
 from brushgrip.live.session import Session
-from brushgrip.live.session_state_in_words import LastUsable, state_line, usability_of
+from brushgrip.live.session_state_in_words import LastUsableFriction, state_line, usability_of
+from brushgrip.live.steering_adviser import SteeringAdviser
 from brushgrip.live.timestamp_filter import TimestampFilter, clock_time
 from observers import Ekf, Estimate, Status, SteeringLimits
 from observers.protocol import prior_estimate
@@ -50,7 +50,7 @@ def session_over(
 
 def store(session: Session, estimate: Estimate, *, t: float = 0.0, age: float = 0.0) -> None:
     """Puts an estimate in as if its sample had come so long ago."""
-    session._store([Point((t,), 0.0, 1.0, estimate)], clock_time() - age)
+    session._store([EstimatedSample((t,), 0.0, 1.0, estimate)], clock_time() - age)
 
 
 def spoilt(rows: list[dict[str, float]]) -> list[dict[str, float]]:
@@ -146,7 +146,7 @@ def test_a_car_that_stands_rolls_and_brakes(car: Path) -> None:
     session = run_to_end(session_over(rows, Path("car.parquet"), rig=None, vehicle=car))
 
     same_to_the_last_digit(session, estimated(Path("car.parquet"), rig=None, vehicle=car))
-    held = session.ring.since(0).of("status") == Status.HELD
+    held = session.ring.since(0).values_of_field("status") == Status.HELD
     assert np.array_equal(np.flatnonzero(held[:300]), [*range(15), *range(100, 180)])
 
 
@@ -158,7 +158,7 @@ def test_a_car_whose_force_has_the_other_sign_is_never_usable(car: Path) -> None
     session._looked = -math.inf
     run_to_end(session)
     session._looked = -math.inf
-    session._look_back()
+    session._check_plausibility()
 
     assert "rack and F_rack have opposite signs" in session.state().status
     assert not session.state().usable
@@ -196,19 +196,21 @@ def test_what_begins_twisted_is_not_usable_and_wrong(at: int) -> None:
     # The source died while the wheel stood turned: the torque there is not that of an untwisted patch.
     session = run_to_end(session_over(rows_of(2000, at)))
     points = session.ring.since(0)
-    usable = points.of("usable") == 1
+    usable = points.values_of_field("usable") == 1
     whole = estimated(RIG.with_name("train_a.csv"))
     reference = whole.mu_eff[whole.usable].mean()
-    off = np.abs(points.of("mu_eff") - reference) / np.maximum(points.of("mu_eff_std"), 0.02 * reference)
+    off = np.abs(points.values_of_field("mu_eff") - reference) / np.maximum(
+        points.values_of_field("mu_eff_std"), 0.02 * reference
+    )
 
-    assert not (usable & (off > 4)).any(), (reference, points.of("mu_eff")[usable][:5])
+    assert not (usable & (off > 4)).any(), (reference, points.values_of_field("mu_eff")[usable][:5])
 
 
 def test_says_that_the_first_sample_waits_for_the_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
     session, compiled = session_over(rows_of(20)), Event()
     estimate = WheelRowEstimator.__call__
 
-    def waiting(self: WheelRowEstimator, row: dict[str, float]) -> list[Point]:
+    def waiting(self: WheelRowEstimator, row: dict[str, float]) -> list[EstimatedSample]:
         compiled.wait()
         return estimate(self, row)
 
@@ -253,7 +255,7 @@ def test_an_observer_behind_its_source_says_nothing_usable(monkeypatch: pytest.M
     own = session.estimator
     taken: list[float] = []
 
-    def slow(row: dict[str, float]) -> list[Point]:
+    def slow(row: dict[str, float]) -> list[EstimatedSample]:
         if 20 < len(taken) < 200:
             time.sleep(0.01)
         taken.append(row["t"])
@@ -389,8 +391,10 @@ def test_a_sound_rate_is_sound_after_minutes() -> None:
     estimator.columns = ("t", "psi", "F_N", "M_z", "psi_dot")
     still = np.zeros(t.size)
 
-    assert estimator.implausible(np.column_stack([t, psi, still + 400, still, rate])) == ""
-    assert "psi_dot" in estimator.implausible(np.column_stack([t, psi, still + 400, still, -rate]))
+    assert estimator.implausibility_text(np.column_stack([t, psi, still + 400, still, rate])) == ""
+    assert "psi_dot" in estimator.implausibility_text(
+        np.column_stack([t, psi, still + 400, still, -rate])
+    )
 
 
 class SilentSource(ListSource):
@@ -445,7 +449,7 @@ def test_a_flag_between_torques_is_told_at_once() -> None:
 
 def test_advice_is_given_only_where_turning_helps() -> None:
     session = session_of("udp:5005")
-    session._adviser = Adviser(0.15, SteeringLimits())
+    session._adviser = SteeringAdviser(0.15, SteeringLimits())
     session._adviser._text = "turn 8° more to the left"
     for status, is_given in ((Status.USED, True), (Status.INCONSISTENT, False), (Status.USED, True)):
         store(session, replace(KNOWN, status=status))
@@ -459,7 +463,7 @@ def test_advice_is_given_only_where_turning_helps() -> None:
 )
 def test_nobody_is_told_to_turn_and_to_stop(change: dict[str, Any]) -> None:
     session = session_of("udp:5005")
-    session._adviser = Adviser(0.02, SteeringLimits())
+    session._adviser = SteeringAdviser(0.02, SteeringLimits())
     estimate = replace(KNOWN, **{"informed": False} | change)
     for advice, is_told in (("turn 8° more to the left", True), ("stop turning: 2.0%", False)):
         session._adviser._text = advice
@@ -493,15 +497,15 @@ def test_the_end_of_a_source_is_no_dead_sensor() -> None:
 
 def test_the_end_of_a_source_tells_no_friction_that_what_follows_contradicts() -> None:
     for usable, inconsistent, is_told in ((10, 29, True), (10, 31, False), (0, 5, False)):
-        last = LastUsable()
+        last = LastUsableFriction()
         flags = [Status.USED] * (1 + usable) + [Status.INCONSISTENT] * inconsistent
         for number, status in enumerate(flags):
             seen = replace(KNOWN, status=status)
-            last.see(number, 0.01 * number, seen, usable=seen.usable)
+            last.add_sample(number, 0.01 * number, seen, usable=seen.usable)
             # A wheel at rest shows neither.
-            last.see(number, 0.01 * number, seen, usable=seen.usable)
+            last.add_sample(number, 0.01 * number, seen, usable=seen.usable)
         assert last.told.startswith("friction was 0.80 ± 0.20") == is_told
-        last.see(99.0, 0.0, replace(KNOWN, status=Status.RESET), usable=False)
+        last.add_sample(99.0, 0.0, replace(KNOWN, status=Status.RESET), usable=False)
         assert last.told == "friction is not known since a new ground was noticed at 99 s"
 
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from brushgrip.outputs import console
-from brushgrip.outputs.console import print_table, progress, say
-from brushgrip.outputs.standard_streams import spell_unencodable, stdout_fault
+from brushgrip.outputs.console import print_line, print_table, progress
+from brushgrip.outputs.standard_streams import replace_unencodable_characters, stdout_fault
 from brushgrip.outputs.verbosity import flags_first
 from brushgrip.report.tables import errors_by_stage
 from tests.brushgrip.factories import make_diagnosis
@@ -87,7 +87,7 @@ def test_a_sign_that_an_encoding_lacks_is_spelt(
 ) -> None:
     stream = io.TextIOWrapper(io.BytesIO(), encoding=encoding)
     monkeypatch.setattr(sys, "stdout", stream)
-    spell_unencodable()
+    replace_unencodable_characters()
     print(OURS, end="", flush=True)
 
     assert stream.buffer.getvalue().decode(encoding) == shown  # type: ignore[attr-defined]
@@ -95,7 +95,7 @@ def test_a_sign_that_an_encoding_lacks_is_spelt(
 
 @pytest.mark.parametrize("name", ["two\nlines", "\x1b[2J", "\udcff", "\u202eturned"])
 def test_what_is_said_stays_on_its_line(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    say(f"wrote {name}.csv")
+    print_line(f"wrote {name}.csv")
     out = capsys.readouterr().out
 
     assert out.count("\n") == 1

@@ -10,8 +10,13 @@ from matplotlib.figure import Figure
 
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.pictures import diagnosis as diagnosis_pictures
-from brushgrip.pictures.diagnosis import _remarks, draw_experiment, draw_residuals, draw_signatures
-from brushgrip.pictures.friction import RECORDINGS, STYLES, draw_friction, draw_overview
+from brushgrip.pictures.diagnosis import (
+    _write_reasons_on_bars,
+    draw_experiment,
+    draw_residual_correlations,
+    draw_residuals,
+)
+from brushgrip.pictures.friction import RECORDINGS, STYLES, draw_friction, draw_friction_by_ground
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET
 from tests.brushgrip.factories import TRACKS, experiment, make_diagnosis, signatures
 
@@ -25,7 +30,7 @@ def share(picture: np.ndarray, colour: str) -> float:
 def test_signatures_of_both_stages() -> None:
     pictures = []
     for before, after in ((signatures(1.0, 1.0), signatures(-1.0, 0.1)), (signatures(0.2, 0.3),) * 2):
-        draw_signatures(Path("signatures.png"), before, after)
+        draw_residual_correlations(Path("signatures.png"), before, after)
         pictures.append(matplotlib.image.imread("signatures.png"))
     long, short = pictures
 
@@ -44,7 +49,7 @@ def test_a_candidate_whose_figures_alone_mislead_says_why() -> None:
     better = replace(own["speed_law"], delta_bic=-85.1)
     ranked = (better, own["patch_width"], own[torsion.name], own["backlash"], late)
     axes = Figure().add_subplot()
-    _remarks(axes, replace(diagnosis, candidates=ranked))
+    _write_reasons_on_bars(axes, replace(diagnosis, candidates=ranked))
 
     assert [text.get_text() for text in axes.texts] == [
         "no clear gain beside what was added", "", "", "", "helps once carcass torsion is in the model"
@@ -74,9 +79,9 @@ def test_two_observers_that_agree_are_both_visible(tracks: list[FrictionTrack]) 
 
 def test_the_overview_has_a_line_for_each_recording() -> None:
     path = Path("overview.png")
-    draw_overview(path, {"ice": TRACKS[:1], "steel": TRACKS[1:2]}, {"ice": (1.2, 0.3)})
+    draw_friction_by_ground(path, {"ice": TRACKS[:1], "steel": TRACKS[1:2]}, {"ice": (1.2, 0.3)})
     alone = matplotlib.image.imread(path)
-    draw_overview(path, {"": TRACKS[:2]}, {})
+    draw_friction_by_ground(path, {"": TRACKS[:2]}, {})
     together = matplotlib.image.imread(path)
 
     # A colour means one recording, on all grounds.

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from brushgrip.report.friction_summary import (
-    last_usable_friction,
+    last_usable_friction_text,
     load_trend_in_words,
     note_on_highest_loads,
-    usable_until,
+    usable_span_text,
 )
 from brushgrip.report.tables import friction_by_recording, settling_and_coverage_table
 from observers import Status
@@ -49,14 +49,14 @@ def test_friction_is_that_of_the_last_usable_sample() -> None:
     assert rows["c"] == ["ice", load, "–", "never: it has not slid enough to tell"]
     assert rows["d"][3] == "never: the deviation of mu is too large to act on"
     slid = replace(TRACKS[2], inconsistent=np.arange(11) > 7)
-    assert usable_until(slid) == "never: the model does not explain the torque"
+    assert usable_span_text(slid) == "never: the model does not explain the torque"
     hardly = replace(slid, turn=np.where(slid.inconsistent, 0.01, 1.0))
-    assert usable_until(hardly) == "never: it has not slid enough to tell"
+    assert usable_span_text(hardly) == "never: it has not slid enough to tell"
     suspect = replace(slid, last_status=Status.SUSPECT | Status.ACQUIRING)
-    assert usable_until(suspect) == "never: an input looks wrong"
+    assert usable_span_text(suspect) == "never: an input looks wrong"
     moved = replace(TRACKS[1], changes=np.array([7.5]))
-    assert (moved.last_usable, last_usable_friction(moved)) == (None, "–")
-    assert usable_until(moved).startswith(
+    assert (moved.last_usable, last_usable_friction_text(moved)) == (None, "–")
+    assert usable_span_text(moved).startswith(
         "for 3.0 s only, but not since a new ground was noticed at 7.5 s: "
     )
     document = judged.to_dict()["after"]["recordings"]

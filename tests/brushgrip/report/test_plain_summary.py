@@ -7,26 +7,26 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from brushgrip.estimation.assumed_and_found_friction import EKF_DECLARED, FrictionOutcome
+from brushgrip.estimation.assumed_and_found_friction import EKF_DECLARED, AssumedAndFoundFriction
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import provenance_of
 from brushgrip.published.bundled_files import demo_folder
-from brushgrip.report.friction_summary import widest_causes
+from brushgrip.report.friction_summary import causes_of_band_text
 from brushgrip.report.plain_summary import (
     friction_and_notes,
-    lines_to_send,
     next_steps,
     repeatability_in_words,
+    summary_mail_parts,
 )
 from brushgrip.report.tables import friction_by_recording
 from brushgrip.report.validity_and_missing_effects import (
     band_caveats,
     demo_recordings_warning,
-    notes_beside,
+    notes_not_in_text,
 )
 from brushgrip.report.what_effects_do import summary_of
 from identification import Diagnosis, ParameterEstimate
-from identification.diagnosis.found_stiffness import FoundStiffness
+from identification.diagnosis.found_vs_declared_stiffness import StiffnessComparison
 from identification.diagnosis.from_search import BEYOND_RANGE
 from identification.diagnosis.graded_effects import ASSUMED, assumed_tolerances_note
 from identification.residuals.repeatability import Repeatability
@@ -38,9 +38,9 @@ from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome, make
 SPREAD = (("a", -0.02), ("b", 0.0), ("c", 0.02))
 
 
-def mail(diagnosis: Diagnosis, outcome: FrictionOutcome, warning: str = "") -> str:
+def mail(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction, warning: str = "") -> str:
     """The mail and what is to be known before acting on it, a line for each part."""
-    parts = [part for some in lines_to_send(diagnosis, outcome, warning) for part in some]
+    parts = [part for some in summary_mail_parts(diagnosis, outcome, warning) for part in some]
     return "\n".join(f"{label}: {' '.join(items)}" for label, items in parts)
 
 
@@ -76,7 +76,7 @@ def test_when_friction_is_known_is_no_gain_where_it_is_known_later() -> None:
 def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     tracks = (replace(TRACKS[0], budget={OF_LENGTHS: 0.03, OF_LOAD: 0.04}), *TRACKS[1:])
     judged = make_outcome("c", tracks=tracks, grounds={"ice": ("a", "b", "c", "d")})
-    assert widest_causes(judged).startswith(
+    assert causes_of_band_text(judged).startswith(
         "What makes the ± of a recording wide, and by how much it would be smaller without that alone:"
         " what the load may be off, 40 %; what the lengths of contact and caster may be off, 20 %"
         " (these do not add up to 100 %). All"
@@ -215,7 +215,7 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     assert check.endswith("7.00 % of range, most in c (7.00 %)")
     loose = replace(known, tracks=(replace(TRACKS[0], budget={OF_LOAD: 0.04}), TRACKS[1]))
     assert next_steps(nothing, loose)[0].startswith("to narrow the ±, weigh the load")
-    assert "weigh" not in widest_causes(loose)
+    assert "weigh" not in causes_of_band_text(loose)
     far = replace(torsion.experiment, times=None)
     unsettled = replace(clear, effects=(replace(torsion, grade="ambiguous", experiment=far),))
     assert next_steps(unsettled, known) == ["nothing"], "nothing settles it"
@@ -280,8 +280,8 @@ def test_what_nobody_declared_is_told_with_the_band_and_not_again() -> None:
         "find out how well half-length a, caster e, load and tread stiffness k were measured (measure"
         " what was guessed), and declare the tolerances in the rig file"
     )
-    assert notes_beside(diagnosis, text) == ["c got worse"]
-    assert notes_beside(diagnosis, "") == [note, "c got worse"]
+    assert notes_not_in_text(diagnosis, text) == ["c got worse"]
+    assert notes_not_in_text(diagnosis, "") == [note, "c got worse"]
     assert band_caveats(make_diagnosis())[0].startswith("The ± of friction covers the tolerances")
     beyond = replace(diagnosis, notes=(f"{BEYOND_RANGE}, so", f"{MAY_END}: c"))
     assert band_caveats(beyond)[:2] == [
@@ -308,7 +308,7 @@ def test_what_a_remedy_brings_is_what_its_parts_make_of_the_band() -> None:
     less = np.hypot(between, np.sqrt(0.36) * own)
     text = f"± {np.hypot(between, own):.2f} to ± {less:.2f} on ice at best"
     assert f"; that lowers {text}" in next_steps(nothing, outcome)[0]
-    assert "The ± of a ground also covers how its recordings differ." in widest_causes(outcome)
+    assert "The ± of a ground also covers how its recordings differ." in causes_of_band_text(outcome)
     two = replace(outcome, grounds={"ice": ("a", "b", "c"), "snow": ()})
     assert next_steps(nothing, two)[0].startswith(next_steps(nothing, outcome)[0].partition(";")[0])
 
@@ -344,8 +344,8 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
         diagnosis = replace(
             make_diagnosis(("a", "b"), ("c",)), stiffness_ratio=ratio, notes=(note, "other")
         )
-        ((label, (told,)), (why, (*reasons,)), (how, (sure,)), *_), ((means, cases), *_) = lines_to_send(
-            diagnosis, outcome
+        ((label, (told,)), (why, (*reasons,)), (how, (sure,)), *_), ((means, cases), *_) = (
+            summary_mail_parts(diagnosis, outcome)
         )
         assert (label, why) == ("Do not use it yet", "Why")
         assert told.startswith("friction between tyre and ground 1.2"), "verdict and number"
@@ -368,7 +368,7 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
             f"If the declared half-length of the contact is too short, B: then {ways[1]}.",
             "If the tyre is so, C.",
         ]
-        assert notes_beside(diagnosis, mail(diagnosis, outcome)) == ["other"], "told once"
+        assert notes_not_in_text(diagnosis, mail(diagnosis, outcome)) == ["other"], "told once"
     alone = replace(outcome, grounds={"": ("a", "b", "c")})
     unnamed = mail(diagnosis, alone)
     assert "reads too high, A. If the declared" in unnamed
@@ -409,7 +409,7 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
     begun = [step[:8] for step in next_steps(both_wrong, outcome)]
     assert begun[:3] == ["mend the", "whoever ", "at the r"]
     sound = replace(diagnosis, stiffness_ratio=1.0)
-    known = FoundStiffness(found=2.158e6, declared=1.88e6, tolerance=0.376e6, assumed=True)
+    known = StiffnessComparison(found=2.158e6, declared=1.88e6, tolerance=0.376e6, assumed=True)
     assert (
         "\nStiffness: Found 2.16·10⁶ N/m², declared 1.88·10⁶, +15 %: inside its tolerance of ± 20 %"
         " (assumed, as none is declared).\n" in mail(replace(sound, notes=(), stiffness=known), outcome)
@@ -417,8 +417,8 @@ def test_friction_is_provisional_where_k_says_that_the_torque_may_read_wrong() -
     assert "inside its" not in mail(replace(diagnosis, stiffness=known), outcome)
     assert "Do not use" not in mail(replace(sound, notes=()), outcome)
     # Where no friction was estimated, what was found comes first.
-    assert lines_to_send(sound, None)[0][0][0] == "What the assumed model leaves out"
-    nothing = lines_to_send(make_diagnosis(found=False, unexplained=False), None)
+    assert summary_mail_parts(sound, None)[0][0][0] == "What the assumed model leaves out"
+    nothing = summary_mail_parts(make_diagnosis(found=False, unexplained=False), None)
     assert nothing[0][0][1][0].startswith("The assumed model lacks nothing that")
 
 

@@ -8,7 +8,7 @@ import matplotlib
 import pytest
 
 from brushgrip.estimation.observe_recording import FrictionTrack
-from brushgrip.pictures.diagnosis import draw_signatures
+from brushgrip.pictures.diagnosis import draw_residual_correlations
 from brushgrip.report import page as report
 from brushgrip.report import tables
 from brushgrip.report.friction_summary import has_unusable_gap
@@ -18,7 +18,7 @@ from brushgrip.report.verdict import CARE, NOT_YET, NOTHING, USE
 from identification import Diagnosis, ParameterEstimate, SelectionCriteria
 from identification.diagnosis.result_parts import Candidate
 from identification.residuals.repeatability import Repeatability
-from identification.selection.trial_runner import workers
+from identification.selection.trial_runner import worker_submitter
 from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome, signatures
 
 VERDICTS = (USE, CARE, NOT_YET, NOTHING)
@@ -71,7 +71,7 @@ def full(tmp_path_factory: pytest.TempPathFactory, tracks: list[FrictionTrack]) 
     ],
 )
 def test_a_figure_stays_on_its_line_and_a_heading_breaks(text: str, kept: str) -> None:
-    assert report._keep_units(text).replace("\u00a0", "~") == kept
+    assert report._with_nonbreaking_units(text).replace("\u00a0", "~") == kept
 
 
 def test_a_correlation_of_nothing_has_no_sign() -> None:
@@ -271,12 +271,12 @@ def test_page_gives_the_thresholds_of_the_search() -> None:
 def test_signatures_before_and_after_are_not_mixed_up(full: Path) -> None:
     diagnosis = make_diagnosis()
     before, after = diagnosis.signatures_before, diagnosis.signatures_after
-    draw_signatures(Path("signatures.png"), before, after)
+    draw_residual_correlations(Path("signatures.png"), before, after)
     text = Page(full.read_text("utf-8")).text
 
-    assert before.reading != after.reading
-    assert f"Refitted: {before.reading}" in text
-    assert f"Found: {after.reading}" in text
+    assert before.summary_paragraph != after.summary_paragraph
+    assert f"Refitted: {before.summary_paragraph}" in text
+    assert f"Found: {after.summary_paragraph}" in text
     assert (full.parent / "signatures.png").read_bytes() == Path("signatures.png").read_bytes()
 
 
@@ -310,7 +310,7 @@ def test_the_same_diagnosis_makes_the_same_page_in_processes_too(
     before = dict(matplotlib.rcParams)
     write_report(Path(), make_diagnosis(), tracks)
     assert dict(matplotlib.rcParams) == before
-    with workers(2) as submit:
+    with worker_submitter(2) as submit:
         again = write_report(Path(), make_diagnosis(), tracks, submit=submit)
 
     for path in full.parent.iterdir():

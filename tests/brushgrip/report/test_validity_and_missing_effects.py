@@ -8,7 +8,7 @@ import pytest
 from brushgrip.estimation.assumed_and_found_friction import EKF_DECLARED
 from brushgrip.report.validity_and_missing_effects import (
     benefit_for_friction,
-    error_to_quote,
+    error_text_and_basis,
     missing_effects,
 )
 from brushgrip.report.what_effects_do import friction_over_speed, summary_of
@@ -80,13 +80,13 @@ def test_which_way_friction_goes_with_speed_is_that_of_the_fitted_curve(
 
 def test_the_assumed_model_has_its_own_error_where_nothing_was_found() -> None:
     diagnosis = make_diagnosis(("a", "b"), ("c",), found=False)
-    first, _ = error_to_quote(diagnosis)
+    first, _ = error_text_and_basis(diagnosis)
     declared = percent(diagnosis.declared.summary()["holdout_torque_nrmse"])
     assert f"(not of friction): {declared} of its range by the assumed model as given, 4" in first
     assert "by the model found" not in first
     left_out = make_diagnosis(("a", "b"), ())
     left_out = replace(left_out, declared=replace(left_out.declared, left_out={}))
-    assert error_to_quote(left_out)[0].startswith(
+    assert error_text_and_basis(left_out)[0].startswith(
         "The error of the calculated torque (not of friction): 4.05 % of its range by the assumed model"
         " with only k fitted"
     )
@@ -132,6 +132,6 @@ def test_what_is_left_where_everything_of_a_recording_is_fitted_is_told() -> Non
     bare = replace(diagnosis.after, unrefitted=diagnosis.after.nrmse)
     left = percent(diagnosis.after.summary()["holdout_torque_nrmse"])
 
-    _, told = error_to_quote(replace(diagnosis, after=bare))
+    _, told = error_text_and_basis(replace(diagnosis, after=bare))
     assert f", fitted to each, {left} is left; the difference is particular to each recording" in told
-    assert "is left" not in error_to_quote(diagnosis)[1]
+    assert "is left" not in error_text_and_basis(diagnosis)[1]

@@ -16,7 +16,7 @@ HEARS = (
     "signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"
 )
 Ended = Callable[[str], tuple[int, str, str]]
-RUN = "from brushgrip.running.interrupts import run_process\n"
+RUN = "from brushgrip.running.interrupts import run_command_and_exit\n"
 
 
 @pytest.fixture
@@ -37,7 +37,7 @@ def test_an_import_is_finished_first(ended: Ended, name: str) -> None:
     Path("long_one.py").write_text(
         f"import signal\nsignal.raise_signal(signal.{name})\nprint('whole')\n"
     )
-    code = RUN + "run_process(lambda: __import__('long_one') and __import__('time').sleep(9))"
+    code = RUN + "run_command_and_exit(lambda: __import__('long_one') and __import__('time').sleep(9))"
 
     assert ended(code) == (130, "whole\n", "")
 
@@ -46,7 +46,7 @@ def test_an_import_that_never_ends_is_broken_off(ended: Ended) -> None:
     Path("endless.py").write_text(
         "import signal, time\nfor _ in range(2): signal.raise_signal(signal.SIGINT)\ntime.sleep(99)\n"
     )
-    code = RUN + "run_process(lambda: __import__('endless'))"
+    code = RUN + "run_command_and_exit(lambda: __import__('endless'))"
 
     assert ended(code) == (130, "", "")
 
@@ -101,7 +101,7 @@ def work():
 @pytest.mark.parametrize("what", PROGRAMS)
 def test_a_signal_while_it_works(ended: Ended, what: str) -> None:
     code, result = PROGRAMS[what]
-    assert ended(f"{code}\n{RUN}run_process(lambda: work)") == result
+    assert ended(f"{code}\n{RUN}run_command_and_exit(lambda: work)") == result
 
 
 INSTANTS = (7, 10, 30, 100, 200, 300, 500, 800, 1000, 1200)
@@ -150,10 +150,10 @@ def test_the_clock_stops_with_the_command(ended: Ended) -> None:
         "    return work\n"
     )
 
-    assert ended(code + RUN + "run_process(load)")[0] == 7
+    assert ended(code + RUN + "run_command_and_exit(load)")[0] == 7
 
 
 def test_nothing_is_collected_at_the_end(ended: Ended) -> None:
     code = "import atexit, gc\natexit.register(lambda: print(gc.get_freeze_count() > 0))\n"
 
-    assert ended(code + RUN + "run_process(lambda: lambda: None)") == (0, "True\n", "")
+    assert ended(code + RUN + "run_command_and_exit(lambda: lambda: None)") == (0, "True\n", "")

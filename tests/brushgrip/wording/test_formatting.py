@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from brushgrip.wording.formatting import (
+    add_degrees_behind_radians,
     candidate_reason,
     csv_text,
     json_text,
@@ -14,7 +15,6 @@ from brushgrip.wording.formatting import (
     sentence,
     torque_value,
     value_with_std,
-    with_degrees,
     worse_recordings,
 )
 from identification import Candidate, ParameterEstimate
@@ -111,4 +111,4 @@ def test_json_is_strict() -> None:
     ],
 )  # fmt: skip
 def test_angles_are_told_in_degrees_too(text: str, words: str) -> None:
-    assert with_degrees(text) == words
+    assert add_degrees_behind_radians(text) == words

@@ -11,7 +11,7 @@ import pytest
 from brushgrip.running.summary_table import summary_row
 from brushgrip.wording.friction_in_words import (
     LACKING,
-    band_parts,
+    band_composition_text,
     estimates_summary,
     undeclared_sensor_note,
     unusable_samples_and_remedy,
@@ -229,10 +229,12 @@ def test_a_narrow_band_has_a_digit_more() -> None:
     assert with_95_band(0.0512, 0.004) == "0.051 ± 0.008"
     assert with_95_band(1.234, 0.05) == "1.23 ± 0.10"
     assert with_95_band(math.nan, 0.05) == "–"
-    car = band_parts({SLOPE: 0.006, "axle load": 0.004})
+    car = band_composition_text({SLOPE: 0.006, "axle load": 0.004})
     assert car.endswith("(brushgrip identify --lock-to-lock), or check the force's scale")
-    assert band_parts({REST: 0.006, "axle load": 0.004}).endswith("(brushgrip diagnose --vehicle)")
-    line = band_parts({REST: 0.006, SLOPE: 0.004})
+    assert band_composition_text({REST: 0.006, "axle load": 0.004}).endswith(
+        "(brushgrip diagnose --vehicle)"
+    )
+    line = band_composition_text({REST: 0.006, SLOPE: 0.004})
     assert line.startswith("the band ± 0.007 is made of (the squares add up): ")
     assert f"{REST} 0.006, {SLOPE} 0.004;" in line
 

@@ -7,9 +7,9 @@ from brushgrip.wording.recording_remarks import (
     friction_of_grounds,
     recording_remark,
     remark_counts,
-    remark_heads,
+    row_with_early_end_remark,
+    short_remarks,
     usual_duration,
-    with_early_end,
 )
 from observers import Status
 from tests.brushgrip.factories import rising
@@ -21,14 +21,14 @@ def test_remarks_in_a_table() -> None:
     rows = [{"mu_eff": 0.1, "remark": beside}, {"mu_eff": math.nan, "remark": "not known: no"}] * 2
 
     assert beside == "usable in under 10 % | it lies: weigh it; later | ice: measure"
-    assert remark_heads(beside) == ["usable in under 10 %", "it lies", "ice"]
+    assert short_remarks(beside) == ["usable in under 10 %", "it lies", "ice"]
     assert (
         remark_counts(rows)
         == "2 of 4: usable in under 10 %; 2 of 4: it lies; 2 of 4: ice; 2 of 4: not known: no"
     )
     assert recording_remark(rising(*[Status.USED] * 4), "", "") == ""
     unknown = recording_remark(rising(*[Status.USED] * 4, last=0), "it lies: weigh it; later", "")
-    assert remark_heads(unknown) == ["not known: it lies: weigh it"]
+    assert short_remarks(unknown) == ["not known: it lies: weigh it"]
     noted = recording_remark(rising(*[Status.USED] * 4, last=0), "it lies", "ice: measure")
     assert noted == "not known: it lies | ice: measure"
 
@@ -53,7 +53,7 @@ def test_few_recordings_with_a_remark_are_named_and_those_that_end_early() -> No
         {"recording": "shorter", "duration": 0.2, "remark": ""},
         {"recording": "broken", "duration": "", "remark": ""},
     ]
-    told = [with_early_end(row, usual_duration([14.0] * 20 + [0.59, 0.2])) for row in rows]
+    told = [row_with_early_end_remark(row, usual_duration([14.0] * 20 + [0.59, 0.2])) for row in rows]
     remarks = {row["recording"]: row["remark"] for row in told}
 
     assert remarks["short"] == "it lies | ends early, after 0.59 s: half of all last 14 s or more"

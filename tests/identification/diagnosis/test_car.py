@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from identification import diagnose, read_recording
-from identification.diagnosis.graded_effects import found_kingpin
+from identification.diagnosis.graded_effects import kingpin_note_from_effect
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
-from symbolic.vehicle.steering import jacking_torque, lever, mean_angle
+from symbolic.vehicle.steering import jacking_torque, mean_wheel_angle, rack_lever
 from tests.columns import write_columns
 from tests.simulated_car import SimulatedCar, declared_vehicle, steering
 
@@ -52,8 +52,8 @@ def test_a_return_torque_is_told_by_its_sign_with_the_key_that_has_it(tmp_path: 
     declared = replace(declared_vehicle(), inclination=0.21)
     other = replace(declared, inclination=declared.inclination + sign * 0.07)
     t, rack = steering(seconds=10.0)
-    by_kingpin = jacking_torque(other, mean_angle(other, rack))
-    force = SimulatedCar().force(rack) + 2 * by_kingpin / lever(declared, rack)
+    by_kingpin = jacking_torque(other, mean_wheel_angle(other, rack))
+    force = SimulatedCar().force(rack) + 2 * by_kingpin / rack_lever(declared, rack)
     path = write_columns(tmp_path / "car.csv", {"t": t, "rack": rack, "F_rack": force})
     recording = read_recording(path, vehicle=declared)
     found = diagnose([recording], candidates=[CAR_EFFECTS["jacking"]], jobs=1)
@@ -69,6 +69,6 @@ def test_a_return_torque_is_told_by_its_sign_with_the_key_that_has_it(tmp_path: 
     assert effect.grade in ("weak", "stands_in")
     assert found.inclination is None
     fitted = SimpleNamespace(labels=())
-    clear = found_kingpin(replace(effect, grade="strong"), fitted, [recording])  # type: ignore[arg-type]
+    clear = kingpin_note_from_effect(replace(effect, grade="strong"), fitted, [recording])  # type: ignore[arg-type]
     assert clear[1] == pytest.approx(other.inclination, abs=0.02)
     assert note.endswith("have a second log confirm it before you declare it")

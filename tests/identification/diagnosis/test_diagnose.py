@@ -12,7 +12,7 @@ import pytest
 from identification import Diagnosis, Recording, diagnose, model_text, read_model, smoothed_rate
 from identification.diagnosis import from_search
 from identification.diagnosis.graded_effects import CLEAR_ERRORS, UNRECORDED_LOAD
-from identification.fits.least_squares_problem import begins_at_zero, signals_of
+from identification.fits.least_squares_problem import is_first_torque_zero, signals_of
 from reference_rig import Campaign
 from symbolic import CANDIDATES, EFFECTS, Rig, Tolerances, Tyre
 from tests.identification.factories import read_campaign, with_torque
@@ -65,7 +65,7 @@ def test_the_model_without_its_stand_ins_is_one_that_the_search_had(
     found = [SimpleNamespace(name=e.name, grade=g) for e, g in zip((a, b), grades, strict=True)]
 
     expected = None if at is None else (at, -at)
-    assert from_search._without_stand_ins(trials, found) == expected  # type: ignore[arg-type]
+    assert from_search._model_without_stand_ins(trials, found) == expected  # type: ignore[arg-type]
 
 
 def test_names_what_was_planted_and_tries_every_candidate(
@@ -200,7 +200,7 @@ def test_a_torque_that_was_tared_on_a_twisted_patch() -> None:
     signals, geometry = signals_of(first)[:, 0], [first.rig.a, first.rig.e]
     _, torque = model.step(model.initial(signals, theta, geometry), signals, theta, geometry)
     assert abs(float(torque)) < 0.03 * abs(effect.parameters["M_0"].value)
-    assert all(begins_at_zero(recording) for recording in recordings)
+    assert all(is_first_torque_zero(recording) for recording in recordings)
 
 
 @pytest.mark.long

@@ -8,7 +8,7 @@ import pytest
 
 from identification import ParameterEstimate
 from identification.diagnosis import doubtful_effects, graded_effects
-from identification.diagnosis.graded_effects import distance_from_neutral, effect_grade
+from identification.diagnosis.graded_effects import distance_from_neutral_in_std, effect_grade
 from identification.fits.loss import LEAST_SQUARES
 from symbolic import EFFECTS
 from tests.identification.factories import recording, with_torque
@@ -45,7 +45,7 @@ def test_distance_from_no_effect(
     name: str, estimates: dict[str, tuple[float, float | None]], distance: float | None
 ) -> None:
     values = {n: ParameterEstimate(value=v, std=s, unit="1") for n, (v, s) in estimates.items()}
-    assert distance_from_neutral(EFFECTS[name], values) == pytest.approx(distance)
+    assert distance_from_neutral_in_std(EFFECTS[name], values) == pytest.approx(distance)
 
 
 @pytest.mark.parametrize(
@@ -78,10 +78,10 @@ def test_what_stands_in_for_something_unknown(
     """
     explained = dict(zip(("large", "mid", "last"), gains, strict=True))
     if of_car:
-        assert doubtful_effects._stand_ins_of_car(explained, set(), 56.25) == expected
+        assert doubtful_effects._low_gain_effects_of_car(explained, set(), 56.25) == expected
     else:
         left = dict.fromkeys(explained, 56.25)
-        assert doubtful_effects._stand_ins(explained, left, first) == expected
+        assert doubtful_effects._low_gain_effects_of_wheel(explained, left, first) == expected
 
 
 def test_the_first_effect_is_of_the_family_that_the_search_began_with() -> None:
@@ -93,8 +93,8 @@ def test_the_first_effect_is_of_the_family_that_the_search_began_with() -> None:
     sets = ((), (speed,), (speed, load), (load, law), (load, law, second))
     steps = [SimpleNamespace(after=SimpleNamespace(effects=effects)) for effects in sets[1:]]
     gains = {"n": 9.0, "s": 2.0, "t": 1.0}
-    assert doubtful_effects._first_effect(steps, sets[-1], gains) == "s"  # type: ignore[arg-type]
-    assert doubtful_effects._first_effect([], (), {}) is None
+    assert doubtful_effects._effect_of_first_family(steps, sets[-1], gains) == "s"  # type: ignore[arg-type]
+    assert doubtful_effects._effect_of_first_family([], (), {}) is None
 
 
 @pytest.mark.parametrize(("noise", "every"), [(False, 1), (True, 1), (False, 2)])
@@ -112,7 +112,7 @@ def test_what_is_left_counts_where_it_acts(where: str, more: float, noise: bool,
     whole = SimpleNamespace(residuals={"a": left_over}, fitted=SimpleNamespace(loss=LEAST_SQUARES))
     rest = SimpleNamespace(residuals={"a": left_over + 3 * acts})
     left = SimpleNamespace(structured=2.0)
-    local = doubtful_effects._left_where_it_acts(whole, rest, [ranged], left)  # type: ignore[arg-type, list-item]
+    local = doubtful_effects._unexplained_where_effect_acts(whole, rest, [ranged], left)  # type: ignore[arg-type, list-item]
     assert local == pytest.approx(4 if noise else 4 + more, abs=0.1)
 
 
@@ -123,7 +123,7 @@ def test_a_law_that_came_back_is_named_once() -> None:
     steps = [SimpleNamespace(before=before, after=after) for before, after in pairwise(trials)]
     steps.append(SimpleNamespace(before=trials[-1], after=None))
 
-    added = graded_effects._additions(steps, ("offset", "stribeck"))  # type: ignore[arg-type]
+    added = graded_effects._steps_that_added_effects(steps, ("offset", "stribeck"))  # type: ignore[arg-type]
 
     assert added == [steps[1], steps[3]]
 
@@ -131,5 +131,5 @@ def test_a_law_that_came_back_is_named_once() -> None:
 def test_an_effect_of_the_model_is_no_rival_of_another_one() -> None:
     own, spring, shape = (SimpleNamespace(name=name) for name in ("own", "steering_return", "shape"))
     step = SimpleNamespace(indistinguishable=(spring, shape))
-    rivals = graded_effects._rivals_outside(step, (own, spring))  # type: ignore[arg-type]
+    rivals = graded_effects._rivals_outside_model(step, (own, spring))  # type: ignore[arg-type]
     assert rivals == ("shape",)

@@ -88,7 +88,7 @@ def test_k_is_known_as_closely_as_it_was_found(
 ) -> None:
     found = read_model(write(tmp_path, CONTENT if std is None else {**CONTENT, "std": {"k": std}}))
     declared_rig = Rig(a=0.045, e=0.009, tolerances=Tolerances(k=declared, a=0.001))
-    rig = found.with_known_stiffness(declared_rig, 2.4e6)
+    rig = found.rig_with_stiffness_tolerance(declared_rig, 2.4e6)
 
     assert rig.tolerances.k == (None if taken is None else pytest.approx(taken))
     assert (rig.a, rig.tolerances.a, rig.tolerances.load) == (0.045, 0.001, None)
@@ -104,11 +104,11 @@ def test_a_k_beyond_its_tolerance_may_be_the_torques_scale(
 ) -> None:
     found = read_model(write(tmp_path, CONTENT))
     declared_rig = Rig(a=0.045, e=0.009, tolerances=Tolerances(k=tolerance, load=0.01))
-    rig = found.with_known_stiffness(declared_rig, declared)
+    rig = found.rig_with_stiffness_tolerance(declared_rig, declared)
 
     assert (rig.tolerances.load, rig.tolerances.scale) == (0.01, pytest.approx(0.5 * 3**0.5 * off))
     rough = replace(declared_rig, tolerances=replace(declared_rig.tolerances, scale=0.1))
-    both = found.with_known_stiffness(rough, declared).tolerances.scale
+    both = found.rig_with_stiffness_tolerance(rough, declared).tolerances.scale
     assert both == pytest.approx(hypot(0.1, rig.tolerances.scale)), "a car declares one of its own"
 
 
@@ -126,11 +126,11 @@ def test_a_k_of_another_scale_is_refused(
     rig = Rig(a=0.045, e=0.009, tolerances=Tolerances(k=tolerance))
 
     if not refused:
-        found.with_known_stiffness(rig, declared)
+        found.rig_with_stiffness_tolerance(rig, declared)
         return
     said = r"times the declared one.*check the torque with a weight"
     with pytest.raises(InvalidInputError, match=said):
-        found.with_known_stiffness(rig, declared)
+        found.rig_with_stiffness_tolerance(rig, declared)
 
 
 @pytest.mark.parametrize(
@@ -155,8 +155,8 @@ def test_the_k_of_a_ground_is_its_own(tmp_path: Path) -> None:
     found = read_model(write(tmp_path, GROUNDS))
     rig = Rig(a=0.045, e=0.009, tolerances=Tolerances(k=8e5, load=0.01))
 
-    assert found.with_known_stiffness(rig, 5.4e6, "steel") == rig
-    off = found.with_known_stiffness(rig, 5.4e6, "emery").tolerances
+    assert found.rig_with_stiffness_tolerance(rig, 5.4e6, "steel") == rig
+    off = found.rig_with_stiffness_tolerance(rig, 5.4e6, "emery").tolerances
     assert off.scale == pytest.approx(0.5 * 3**0.5 * log(5.4 / 4.0))
     assert off.k == 8e5
 
@@ -164,12 +164,14 @@ def test_the_k_of_a_ground_is_its_own(tmp_path: Path) -> None:
 def test_values_for_a_recording(tmp_path: Path) -> None:
     found = read_model(str(write(tmp_path, CONTENT)))
 
-    assert found.values_for("a") == {**SHARED, **OWN["a"]}
-    assert found.values_for("a", mu=2.0)["mu"] == 1.3, "what was found goes before what was declared"
-    assert found.values_for("new", mu=0.9) == {**SHARED, "mu": 0.9, "torque_offset.M_0": 0.0}
-    found.model.theta(found.values_for("new", mu=0.9))
+    assert found.values_for_recording("a") == {**SHARED, **OWN["a"]}
+    assert found.values_for_recording("a", mu=2.0)["mu"] == 1.3, (
+        "what was found goes before what was declared"
+    )
+    assert found.values_for_recording("new", mu=0.9) == {**SHARED, "mu": 0.9, "torque_offset.M_0": 0.0}
+    found.model.theta(found.values_for_recording("new", mu=0.9))
     with pytest.raises(InvalidInputError, match=r"new: no mu in the model file .* under \[tyre\]"):
-        found.values_for("new")
+        found.values_for_recording("new")
 
 
 GROUNDS = {
@@ -198,18 +200,22 @@ def test_values_of_a_ground(tmp_path: Path) -> None:
         "basis": {"training": 1, "holdout": 0, "grades": {}, "unexplained": False},
         "units": {"mu": "1", "k": "N/m^2", "frictional_creep.c": "1"},
     }
-    assert found.values_for("a", ground="steel") == {"mu": 1.3, "k": 5.4e6, "frictional_creep.c": 0.2}
+    assert found.values_for_recording("a", ground="steel") == {
+        "mu": 1.3,
+        "k": 5.4e6,
+        "frictional_creep.c": 0.2,
+    }
     assert found.values_for_estimation("emery") == {"k": 4.0e6, "frictional_creep.c": 0.05}
     mean = pytest.approx({"k": (5.4e6 * 4.0e6) ** 0.5, "frictional_creep.c": 0.1})
     assert found.values_for_estimation() == mean
     assert found.values_for_estimation("ice") == mean
-    assert found.ground_taken("steel") == "values of steel"
-    assert found.ground_taken() == "ground not given: mean of steel and emery"
-    assert found.ground_taken("ice") == "ice is unknown: mean of steel and emery"
+    assert found.ground_used_text("steel") == "values of steel"
+    assert found.ground_used_text() == "ground not given: mean of steel and emery"
+    assert found.ground_used_text("ice") == "ice is unknown: mean of steel and emery"
     assert found.rig == GROUNDS["rig"]
     without = read_model(write(tmp_path, CONTENT))
-    assert without.ground_taken() == ""
-    assert without.ground_taken("ice") == "ice: the model has the same values on every ground"
+    assert without.ground_used_text() == ""
+    assert without.ground_used_text("ice") == "ice: the model has the same values on every ground"
 
 
 def test_what_may_be_left_out_and_what_an_older_version_wrote(tmp_path: Path) -> None:

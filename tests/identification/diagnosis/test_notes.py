@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from identification import Recording, Standstills, diagnose
-from identification.diagnosis.found_stiffness import (
-    FoundStiffness,
-    stiffness_beside_declared,
+from identification.diagnosis.found_vs_declared_stiffness import (
+    StiffnessComparison,
+    compare_fitted_stiffness,
     stiffness_note,
     stiffness_of,
 )
-from identification.diagnosis.graded_effects import notes_on
+from identification.diagnosis.graded_effects import final_model_notes
 from identification.diagnosis.result_parts import TorqueErrors
 from identification.fits.fitting import Fit, parameters_at_bounds
 from identification.fits.parameter_values import ParameterEstimate, Values
@@ -57,12 +57,12 @@ def test_every_recording_that_got_worse_and_no_other(fitted: Fit) -> None:
     before = errors({"a": 0.04, "b": 0.03}, a=0.04, b=0.03, c=0.01)
     after = errors({"a": 0.041, "b": 0.02}, a=0.02, b=0.031, c=0.012)
 
-    assert notes_on(before, after, fitted) == (
+    assert final_model_notes(before, after, fitted) == (
         "b got worse: 3.00% of range before, 3.10% after",
         "c got worse: 1.00% of range before, 1.20% after",
         "a got worse when left out: 4.00% of range before, 4.10% after",
     )
-    assert notes_on(errors(a=0.04, b=0.03), errors(a=0.02, b=0.03), fitted) == ()
+    assert final_model_notes(errors(a=0.04, b=0.03), errors(a=0.02, b=0.03), fitted) == ()
 
 
 @pytest.mark.parametrize(
@@ -77,7 +77,7 @@ def test_every_recording_that_got_worse_and_no_other(fitted: Fit) -> None:
 def test_parameter_at_its_bound(fitted: Fit, name: str, value: float, said: str | None) -> None:
     values = replace(fitted.values, tyre={**fitted.values.tyre, name: value})
 
-    notes = notes_on(errors(a=0.04), errors(a=0.02), replace(fitted, values=values))
+    notes = final_model_notes(errors(a=0.04), errors(a=0.02), replace(fitted, values=values))
 
     assert [note.partition(", so")[0] + ", so" for note in notes] == [said] * (said is not None)
     ended = [name.split(".")] * (said is not None)
@@ -104,7 +104,7 @@ def test_a_value_at_the_end_of_its_tolerance_in_a_validation_recording(
         bound_distances=np.array([[-2.0], [0.0]]), prior_steps=np.zeros(1), scales=np.ones(1),
     )  # fmt: skip
 
-    notes = notes_on(errors(a=0.04), errors(a=0.02), fitted, own=[own])
+    notes = final_model_notes(errors(a=0.04), errors(a=0.02), fitted, own=[own])
 
     (note,) = notes
     assert note.startswith(f"c: {told}")
@@ -145,7 +145,10 @@ def test_what_all_recordings_want_of_a_declared_value_is_said_once(
 ) -> None:
     stds = {f"a [{name}]": ParameterEstimate(value=0.0, std=std, unit="m") for name in "bcde"}
 
-    assert notes_on(errors(a=0.04), errors(a=0.02), _lengths(fitted, *found), estimates=stds) == notes
+    assert (
+        final_model_notes(errors(a=0.04), errors(a=0.02), _lengths(fitted, *found), estimates=stds)
+        == notes
+    )
 
 
 @pytest.mark.long
@@ -165,7 +168,7 @@ def test_what_all_want_in_place_of_zero(fitted: Fit) -> None:
     stds = {f"a [{name}]": ParameterEstimate(value=0.0, std=3e-4, unit="m") for name in "bcd"}
     told = _lengths(fitted, 0.0031, 0.0028, 0.0033, declared=0.0)
     told = replace(told, prior_steps=(1 + 1e-13) * told.prior_steps)  # As rounding makes it.
-    (note,) = notes_on(errors(a=0.04), errors(a=0.02), told, estimates=stds)
+    (note,) = final_model_notes(errors(a=0.04), errors(a=0.02), told, estimates=stds)
 
     assert note == "all 3 recordings want a more than the declared 0 m, 0.00307 m or beyond: measure it"
 
@@ -175,13 +178,13 @@ def test_what_all_want_is_not_said_where_one_has_no_tolerance(fitted: Fit) -> No
     told = _lengths(fitted, 0.048, 0.0478, 0.0482)
     exact = replace(told, residuals={**told.residuals, "z": np.zeros(1)})
 
-    assert notes_on(errors(a=0.04), errors(a=0.02), exact, estimates=stds) == ()
+    assert final_model_notes(errors(a=0.04), errors(a=0.02), exact, estimates=stds) == ()
 
 
 def test_fit_that_stopped_early(fitted: Fit) -> None:
     stopped = replace(fitted, converged=False, status="Maximum_Iterations_Exceeded")
 
-    (note,) = notes_on(errors(a=0.04), errors(a=0.02), stopped)
+    (note,) = final_model_notes(errors(a=0.04), errors(a=0.02), stopped)
 
     assert "stopped early (Maximum_Iterations_Exceeded)" in note
 
@@ -201,7 +204,7 @@ def test_a_stiffness_beyond_its_tolerance(
 ) -> None:
     """It is 2e6 where 2.4e6 was declared, 17 % less; 20 % is the usual tolerance."""
     rig = Rig(a=0.045, e=0.009, tolerances=Tolerances(k=tolerance))
-    notes = notes_on(errors(a=0.04), errors(a=0.02), fitted, [replace(_recording(), rig=rig)])
+    notes = final_model_notes(errors(a=0.04), errors(a=0.02), fitted, [replace(_recording(), rig=rig)])
     begin = "the fitted stiffness k is 2·10⁶ N/m², 17 % below the declared 2.4·10⁶"
 
     assert [note.startswith(begin) for note in notes] == [True] * said
@@ -215,7 +218,7 @@ def test_an_offset_far_beyond_the_tolerance_of_the_zero_is_doubted(
     rig = Rig(a=0.045, e=0.009, tolerances=Tolerances(zero=0.05, k=1e6))
     values = replace(fitted.values, own={"a": {**fitted.values.own["a"], "torque_offset.M_0": M_0}})
     offset = replace(fitted, values=values)
-    notes = notes_on(errors(a=0.04), errors(a=0.02), offset, [replace(_recording(), rig=rig)])
+    notes = final_model_notes(errors(a=0.04), errors(a=0.02), offset, [replace(_recording(), rig=rig)])
 
     begin = "a: a torque offset of -1.1 N m is 21 times the tolerance of the zero: friction may be less"
     assert [note.startswith(begin) for note in notes] == [True] * said
@@ -261,5 +264,7 @@ def test_the_stiffness_farthest_from_the_declared_one_is_put_beside_it() -> None
     values = SimpleNamespace(of=lambda recording: {"k": known[recording.name]})
     fitted = cast(Fit, SimpleNamespace(values=values))
     told = {"declared": 2.4e6, "tolerance": pytest.approx(0.48e6), "assumed": True}
-    assert stiffness_beside_declared(fitted, made) == FoundStiffness(found=2.0e6, **told, several=True)
-    assert stiffness_beside_declared(fitted, made[1:]) == FoundStiffness(found=2.6e6, **told)
+    assert compare_fitted_stiffness(fitted, made) == StiffnessComparison(
+        found=2.0e6, **told, several=True
+    )
+    assert compare_fitted_stiffness(fitted, made[1:]) == StiffnessComparison(found=2.6e6, **told)

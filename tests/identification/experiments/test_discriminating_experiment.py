@@ -9,8 +9,8 @@ from identification import Fit, Recording, Values, fit, smoothed_rate
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposed_experiment import (
     Proposal,
-    _RecordedData,
-    _standard_errors,
+    _difference_in_standard_errors,
+    _RecordedModelDifference,
     fitted_sample_period,
 )
 from identification.experiments.sampled_manoeuvre import SAMPLE_PERIOD, SampledManoeuvre
@@ -160,7 +160,7 @@ def test_foretells_the_paired_test(size: float, times: int) -> None:
     difference = size * (1 + np.sin(0.7 * t)) * np.sin(9 * t)
     old, now, memory = 1000, 0.5 * size, 5
     lasts = {"seconds": old * SAMPLE_PERIOD, "memory": memory * SAMPLE_PERIOD}
-    present = _RecordedData(count=2, now=now, noise=NOISE, **lasts)
+    present = _RecordedModelDifference(count=2, now=now, noise=NOISE, **lasts)
     whole = np.concatenate([np.full(old, now), *times * [difference]])
     clock = np.arange(whole.size) * SAMPLE_PERIOD
     found = []
@@ -173,4 +173,4 @@ def test_foretells_the_paired_test(size: float, times: int) -> None:
         found.append(np.divide(*error_reduction(*pair, BLOCK)))
 
     expected = pytest.approx(np.median(found), rel=0.15)
-    assert _standard_errors(difference, present, times, BLOCK) == expected
+    assert _difference_in_standard_errors(difference, present, times, BLOCK) == expected

@@ -5,7 +5,7 @@ from identification import Fit, FitOptions, Recording, Values, fit, initial_gues
 from identification.fits.covariance import standard_deviations
 from identification.fits.least_squares_problem import torque_range
 from identification.fits.options import COARSE_FIT
-from identification.selection.trial import ROUGH, fit_own_parameters, thin_for_ranking
+from identification.selection.trial import ROUGH, fit_recording_parameters, thin_for_ranking
 from identification.selection.trial import model_of as ranked_model
 from reference_rig import Campaign
 from symbolic import DECLARED, EFFECTS, Model, Parameter, effects_named, full_slide_torque
@@ -92,7 +92,7 @@ def test_what_recordings_give_is_never_fitted() -> None:
     n = made.recordings[0].effects["contact_length"]["n"]
     assert fitted.values.tyre["contact_length.n"] == pytest.approx(n, rel=0.05)
 
-    left_out = fit_own_parameters(fitted, recordings[:1])
+    left_out = fit_recording_parameters(fitted, recordings[:1])
     assert left_out.values.tyre["contact_length.F_0"] == F_0, "the one of the training recordings"
 
     shared = fitted.values.tyre | {"contact_length.F_0": 1.1 * F_0}
@@ -159,7 +159,7 @@ def test_recovers_an_effect(effect: str) -> None:
 def test_held_out_recordings_leave_shared_parameters_alone(offset: Given) -> None:
     made, (first, second) = offset
     fitted = fit(model_of("torque_offset"), [first])
-    frozen = fit_own_parameters(fitted, [second])
+    frozen = fit_recording_parameters(fitted, [second])
 
     assert frozen.values.tyre == fitted.values.tyre
     assert frozen.labels == ((second.name, "mu"), (second.name, "torque_offset.M_0"))

@@ -118,7 +118,7 @@ def test_the_jacobian_is_that_of_the_residuals(made: tuple[Campaign, list[Record
     start = complete_values(model, initial_guess(model, recordings), recordings)
     problem = LeastSquaresProblem(model, recordings, start, FitOptions())
     rng = np.random.default_rng(3)
-    x = problem.origin() + rng.uniform(-0.3, 0.3, len(problem.labels))
+    x = problem.start_coordinates() + rng.uniform(-0.3, 0.3, len(problem.labels))
     jacobian, h = problem.jacobian(x), 1e-6
 
     assert ("steel", "k") in problem.labels
@@ -140,7 +140,7 @@ def test_a_point_is_not_simulated_again_after_a_step_from_it(
     calls: list[object] = []
     torques = problem._torques
     monkeypatch.setattr(problem, "_torques", lambda values: (calls.append(values), torques(values))[1])
-    x = problem.origin()
+    x = problem.start_coordinates()
     first, step = problem.residuals(x), x + 0.1
 
     assert not np.array_equal(problem.residuals(step), first)

@@ -88,7 +88,7 @@ def test_friction_force_comes_with_it(whole: FreeDecay) -> None:
 
 def test_readings_are_met(whole: FreeDecay) -> None:
     for vibration in whole.vibrations:
-        assert vibration.readings_met > 0.97
+        assert vibration.share_of_readings_reproduced > 0.97
         # The error of rounding is even within the step.
         assert vibration.rms == pytest.approx(FOURTEEN_BIT_STEP / np.sqrt(12), rel=0.15)
         assert 0.003 < vibration.amplitude < 0.011

@@ -24,7 +24,7 @@ def test_finds_the_turning_point_after_the_impact() -> None:
     true = int(np.argmax(np.abs(made.psi_true)))
 
     assert abs(found.first - true) <= 3
-    assert abs(found.deflection - made.psi_true[true]) < 1.5 * STEP
+    assert abs(found.first_deflection - made.psi_true[true]) < 1.5 * STEP
     assert found.omega == pytest.approx(33, rel=0.05)
     assert found.damping == pytest.approx(3.4, rel=0.4)
     assert found.step == pytest.approx(STEP)

@@ -8,7 +8,10 @@ import pytest
 from identification import Recording, diagnose, fit
 from identification.diagnosis.from_search import note_slide_beyond_sensor
 from identification.fits.parameter_values import Values, complete_values
-from identification.reading.declared_sensor_range import left_out_note, within_declared_range
+from identification.reading.declared_sensor_range import (
+    drop_torques_beyond_range,
+    torque_beyond_range_note,
+)
 from reference_rig import make_recording
 from symbolic import Model, effects_named
 from tests.identification.factories import as_read, recording, with_torque
@@ -46,9 +49,9 @@ def touching_range(ample: Recording) -> Recording:
 def test_torques_beyond_the_range_are_left_out_and_the_angle_stays() -> None:
     plain = with_torque(recording(), [9.4, 9.6, -9.4, -9.6, np.nan] * 10)
     ended = ranged(replace(plain, M=plain.M_z), 10.0)
-    used = within_declared_range(ended)
+    used = drop_torques_beyond_range(ended)
 
-    assert within_declared_range(plain) is plain
+    assert drop_torques_beyond_range(plain) is plain
     for torque in (used.M_z, used.M):
         assert np.isfinite(torque).tolist() == [True, False, True, False, False] * 10
     assert np.array_equal(used.psi, plain.psi)
@@ -115,7 +118,7 @@ def test_torques_left_out_are_counted_among_those_there_are() -> None:
     torque[:20:10] = 10.0
     ended = with_torque(ranged(recording(), 10.0), torque)
 
-    assert left_out_note([ended]).endswith("one 2 of 5 samples")
+    assert torque_beyond_range_note([ended]).endswith("one 2 of 5 samples")
 
 
 def test_a_torque_that_is_nowhere_within_the_range_is_refused() -> None:

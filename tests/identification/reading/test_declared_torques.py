@@ -10,7 +10,10 @@ from identification import Recording, fit, read_recording
 from identification.fits.least_squares_problem import LeastSquaresProblem
 from identification.fits.options import FitOptions
 from identification.fits.parameter_values import initial_guess
-from identification.reading.declared_torques import farthest_standstill_without_gear, vehicle_torques
+from identification.reading.declared_torques import (
+    declared_vehicle_torques,
+    standstill_less_gear_friction,
+)
 from identification.reading.trimming_and_thinning import trimmed
 from symbolic import Model
 from tests.columns import write_columns
@@ -30,7 +33,7 @@ def recorded(path: Path, *, rolls: bool = False, **declared: object) -> Recordin
 
 def test_the_declared_gear_is_taken_off(tmp_path: Path) -> None:
     whole = recorded(tmp_path / "car.csv", gear_load_share=0.0)
-    alone, note = farthest_standstill_without_gear(whole)
+    alone, note = standstill_less_gear_friction(whole)
     turning = np.flatnonzero(np.abs(whole.psi_dot) > 0.1)[1:]
 
     assert note == ""
@@ -40,20 +43,20 @@ def test_the_declared_gear_is_taken_off(tmp_path: Path) -> None:
 
 def test_a_gear_declared_wrongly_is_found_within_its_tolerance(tmp_path: Path) -> None:
     whole = recorded(tmp_path / "car.csv", gear_friction=250.0, gear_load_share=0.0)
-    alone, _ = farthest_standstill_without_gear(whole)
+    alone, _ = standstill_less_gear_friction(whole)
     fitted = fit(Model(corners=16), [alone])
 
-    assert set(vehicle_torques(alone)) == {"gear_share"}
+    assert set(declared_vehicle_torques(alone)) == {"gear_share"}
     assert fitted.values.rig["car"]["gear_share"] == pytest.approx(200 / 250, abs=0.06)
     assert fitted.values.own["car"]["mu"] == pytest.approx(0.5, rel=0.06)
 
 
 def test_derivatives_by_the_shares(tmp_path: Path) -> None:
     declared = {"inclination": 0.2, "caster": 0.05, "damping": 20.0}
-    alone, _ = farthest_standstill_without_gear(recorded(tmp_path / "car.csv", **declared))
+    alone, _ = standstill_less_gear_friction(recorded(tmp_path / "car.csv", **declared))
     model = Model(corners=16)
     problem = LeastSquaresProblem(model, [alone], initial_guess(model, [alone]), FitOptions())
-    x = problem.origin()
+    x = problem.start_coordinates()
     shares = [i for i, (_, name) in enumerate(problem.labels) if name.endswith("_share")]
 
     assert len(shares) == 4
@@ -65,7 +68,7 @@ def test_derivatives_by_the_shares(tmp_path: Path) -> None:
 
 def test_the_standstill_with_most_steering_is_kept(tmp_path: Path) -> None:
     whole = recorded(tmp_path / "car.csv", rolls=True)
-    alone, note = farthest_standstill_without_gear(trimmed(whole, 1.0, 5.5))
+    alone, note = standstill_less_gear_friction(trimmed(whole, 1.0, 5.5))
 
     assert (alone.t[0], alone.t[-1]) == (2.5, 5.5)
     assert "of 2 standstills that from 2.5 to 5.5 s" in note
@@ -75,5 +78,5 @@ def test_the_standstill_with_most_steering_is_kept(tmp_path: Path) -> None:
 def test_a_wheel_on_a_rig_stays_as_it_is(tmp_path: Path) -> None:
     wheel = replace(recorded(tmp_path / "car.csv"), standstills=None)
 
-    assert farthest_standstill_without_gear(wheel) == (wheel, "")
-    assert vehicle_torques(wheel) == {}
+    assert standstill_less_gear_friction(wheel) == (wheel, "")
+    assert declared_vehicle_torques(wheel) == {}

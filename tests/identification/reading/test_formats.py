@@ -14,7 +14,7 @@ import pytest
 from identification import Recording, read_recording, read_rig
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.formats import can
-from identification.reading.formats.optional_libraries import read_format
+from identification.reading.formats.optional_libraries import read_by_optional_library
 from identification.reading.signal_map import NO_MAP, SignalMap
 from tests.identification.reading.logs import OWN_CLOCK, WRITERS, as_logged, write_datasets, write_fields
 from tests.refusal import refused
@@ -143,9 +143,11 @@ def test_a_blf_file_that_unpacks_to_far_more(tmp_path: Path, monkeypatch: pytest
     path = tmp_path / "bomb.blf"
     path.write_bytes(header + body)
 
-    can.require_bounded(path)
+    can.require_bounded_blf_parts(path)
     monkeypatch.setattr(can, "_MAX_CONTAINER_SIZE", 1_000_000)
-    assert re.search(r"bomb\.blf: holds more than .* unpacked", refused(can.require_bounded, path))
+    assert re.search(
+        r"bomb\.blf: holds more than .* unpacked", refused(can.require_bounded_blf_parts, path)
+    )
 
 
 @pytest.mark.parametrize(
@@ -200,7 +202,7 @@ def refusal_where(opening: Callable[[], object], folder: Path) -> str:
         yield ChannelFile(names=[], read=lambda _: ChannelSamples(values=np.empty(0)))
 
     (folder / "run.xyz").write_bytes(b"anything")
-    return refused(read_format, opener, folder / "run.xyz", ("t",), NO_MAP)
+    return refused(read_by_optional_library, opener, folder / "run.xyz", ("t",), NO_MAP)
 
 
 def test_whatever_a_library_raises_is_one_line(tmp_path: Path) -> None:

@@ -11,7 +11,11 @@ import pytest
 from identification import Recording, SignalSource, read_recording, read_signals
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.common_clock_and_units import table_from_channels
-from identification.reading.map_for_recording import map_for_recording, unit_by_name, with_steering_ratio
+from identification.reading.map_for_recording import (
+    add_unit_by_name,
+    choose_map_for_channels,
+    with_steering_ratio,
+)
 from identification.reading.rigfile import signals_section
 from identification.reading.signal_map import SignalMap, parse_maps, parse_signals
 from identification.reading.units import unit_at_end
@@ -55,12 +59,12 @@ def test_sections_of_a_rig_file_are_maps_of_recordings(files: tuple[Path, Path],
     rig = tmp_path / "rig.toml"
     rig.write_text(f"[rig]\na = 0.045\ne = 0.009\n[tyre]\nk = 2.4e6\n{signals_section(signals)}")
     assert read_signals(rig) == signals
-    assert {one.dbc for one in signals.each} == {tmp_path / "car.dbc"}
+    assert {one.dbc for one in signals.alternatives} == {tmp_path / "car.dbc"}
     for path in files:
         require_expected(read_recording(path, rig))
     below = read_signals(rig).updated(parse_signals("F_N=Load:kN"))
-    assert [one.of("F_N").unit for one in below.each] == ["kN", "kN"]
-    assert [one.of("psi").channel for one in below.each] == ["Winkel", "Angle"]
+    assert [one.of("F_N").unit for one in below.alternatives] == ["kN", "kN"]
+    assert [one.of("psi").channel for one in below.alternatives] == ["Winkel", "Angle"]
 
 
 def test_a_whole_map_stands_alone_beside_the_sections_of_a_rig_file() -> None:
@@ -70,14 +74,14 @@ def test_a_whole_map_stands_alone_beside_the_sections_of_a_rig_file() -> None:
     assert of_file.updated(whole) == whole
     # Below a single section, and where it is not whole, it stands beside what it leaves open.
     assert parse_signals("psi_dot=Rate").updated(whole).of("psi_dot").channel == "Rate"
-    assert len(of_file.updated(parse_signals("M_z=Moment")).each) == 3
+    assert len(of_file.updated(parse_signals("M_z=Moment")).alternatives) == 3
     alike = parse_maps([LOG, LOG.replace("Load", "Last")])
-    assert len(alike.updated(parse_signals("F_N=Load")).each) == 1
+    assert len(alike.updated(parse_signals("F_N=Load")).alternatives) == 1
 
 
 def test_options_with_other_columns_are_one_map() -> None:
     assert parse_maps(["psi=A", "F_N=B:kN"]) == parse_signals("psi=A,F_N=B:kN")
-    loads = [one.of("F_N").channel for one in parse_maps(["psi=A", "F_N=B", "psi=C"]).each]
+    loads = [one.of("F_N").channel for one in parse_maps(["psi=A", "F_N=B", "psi=C"]).alternatives]
     assert loads == ["B", "F_N"]
     assert "dbc is given twice" in refused(parse_maps, ["dbc=a", "dbc=b"])
     assert parse_maps(["psi=A", "psi=B"]).to_dict()["others"] == [parse_signals("psi=B").to_dict()]
@@ -87,15 +91,15 @@ def test_a_recording_with_names_of_its_own_needs_no_map() -> None:
     names, own = ("t", "psi", "M_z", "F_N"), parse_signals("psi=psi")
     signals = parse_maps(["psi=1/15*Lenkrad:deg,M_z=Moment", "psi=Angle"])
 
-    assert map_for_recording("a", signals, names) == parse_signals("psi=psi,F_N=F_N")
-    assert map_for_recording("a", signals, (*names, "Angle")).of("psi").channel == "Angle"
+    assert choose_map_for_channels("a", signals, names) == parse_signals("psi=psi,F_N=F_N")
+    assert choose_map_for_channels("a", signals, (*names, "Angle")).of("psi").channel == "Angle"
     # What the map says of a column under its own name holds, so that this file is none of its own.
     in_kN = parse_signals("psi=Winkel,F_N=F_N:kN")
-    assert map_for_recording("a", in_kN, names) == in_kN
-    assert map_for_recording("a", signals, names[1:]).of("psi").channel in {"Lenkrad", "Angle"}
-    assert map_for_recording("a", own, names) == own
+    assert choose_map_for_channels("a", in_kN, names) == in_kN
+    assert choose_map_for_channels("a", signals, names[1:]).of("psi").channel in {"Lenkrad", "Angle"}
+    assert choose_map_for_channels("a", own, names) == own
     with_ratio = replace(parse_signals("psi=Angle"), steering_ratio=15.0)
-    assert map_for_recording("a", with_ratio, names) == with_ratio
+    assert choose_map_for_channels("a", with_ratio, names) == with_ratio
 
 
 @pytest.mark.parametrize("given", [[], ["M_z=Moment"]])
@@ -185,7 +189,7 @@ def test_units_in_brackets_go_before_those_of_names_and_count_in_every_format(
 def test_an_end_that_may_be_a_word_is_no_unit_and_that_is_said(name: str) -> None:
     column = {"t": "t", "psi": "psi", "F": "F_N"}[name.split("_")[0]]
     taken = {"t": "s", "psi": "rad", "F_N": "N"}[column]
-    source, said = unit_by_name(column, SignalSource(channel=name), "")
+    source, said = add_unit_by_name(column, SignalSource(channel=name), "")
     assert source.unit is None
     assert said == f"{name} in {taken}, not in {name.split('_')[1]}"
 
@@ -247,4 +251,4 @@ def test_a_steering_ratio_of_which_of_several_maps_is_asked(tmp_path: Path) -> N
     message = refused(with_steering_ratio, parse_signals("psi_dot=1/15*Rate"), 15.0)
     assert "has a factor for psi_dot already, psi_dot=1/15" in message
     signals = with_steering_ratio(parse_maps(["psi=Lenkrad,M_z=A", "psi=Lenkrad,M_z=B"]), 15.0)
-    assert [one.of("psi").ratio for one in signals.each] == [15.0, 15.0]
+    assert [one.of("psi").ratio for one in signals.alternatives] == [15.0, 15.0]

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from identification.reading.rigfile import read_rig, rig_of_table, rig_text
+from identification.reading.rigfile import read_rig, rig_overridden_by_table, rig_text
 from identification.reading.sample_table import Table
 from symbolic import Rig, Tolerances, Tyre
 from tests.refusal import refused
@@ -111,7 +111,7 @@ def test_a_file_that_is_none(tmp_path: Path) -> None:
 def declared(nominal: tuple[Rig, Tyre] | None, values: dict[str, float]) -> tuple[Rig, Tyre]:
     path = Path("run.csv")
     table = Table(path=path, columns={}, declared=values, place=lambda name: f"line of {name}")
-    return rig_of_table(table, nominal)
+    return rig_overridden_by_table(table, nominal)
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ def seen(one: RigRecording, M_z: np.ndarray) -> Recording:
 
 
 def ending(recording: Recording) -> SensorSaturation | None:
-    return sensor_saturation(recording.recorded_torque, recording.psi, recording.F_N)
+    return sensor_saturation(recording.aligning_or_steering_torque, recording.psi, recording.F_N)
 
 
 def noise(one: RigRecording, std: float) -> np.ndarray:

@@ -11,18 +11,18 @@ from identification import Recording, fit
 from identification.fits.least_squares_problem import torque_range
 from identification.residuals.correlation import (
     additional_basis,
-    correlation,
     orthogonal_part,
     orthonormal_basis,
+    partial_correlation,
     residual_noise,
-    residual_rows,
+    stack_residuals,
 )
 from identification.residuals.partial_correlations import SignalCorrelation, Signatures, signatures
 from identification.residuals.residual_signals import (
     RESIDUAL_SIGNALS,
-    effects_leaving,
+    correlation_meaning_text,
+    effects_with_signature,
     motion_and_model_torque,
-    reading_of,
 )
 from identification.selection.trial import model_of
 from reference_rig import RigTyre, make_recording
@@ -103,8 +103,8 @@ def test_white_noise_keeps_within_its_bands(recordings: list[Recording]) -> None
         rng = np.random.default_rng([seed, 11])
         noise = with_residual(recordings, lambda r, rng=rng: rng.standard_normal(r.t.size))
         found = signatures(*noise)
-        outside += [s.leaves_band for s in found.signatures]
-        quiet += found.reading == "The residual is noise: it follows none of the signals."
+        outside += [s.is_significant for s in found.signatures]
+        quiet += found.summary_paragraph == "The residual is noise: it follows none of the signals."
         known = found.autocorrelation
         within.append(float(np.mean(np.abs(known.values) < known.band)))
 
@@ -128,10 +128,14 @@ def drawn(recordings: list[Recording], memory: float, *, own: bool) -> np.ndarra
         for residual in residuals.values():
             residual[rng.random(residual.size) < 0.2] = np.nan
             residual[300:400] = np.nan
-        rows = residual_rows(residuals, recordings)
-        signal = rows.columns([first_order(memory, r.t.size, rng) for r in recordings])
+        rows = stack_residuals(residuals, recordings)
+        signal = rows.signal_columns([first_order(memory, r.t.size, rng) for r in recordings])
         columns = signal if own else signal.sum(axis=1, keepdims=True)
-        found.append(correlation(columns, orthonormal_basis(rows.means()), residual_noise(rows))[:2])
+        found.append(
+            partial_correlation(
+                columns, orthonormal_basis(rows.indicator_columns()), residual_noise(rows)
+            )[:2]
+        )
     return np.abs(found).T
 
 
@@ -151,10 +155,12 @@ def test_the_band_of_a_constant(recordings: list[Recording], memory: float) -> N
     for seed in range(TRIALS):
         rng = np.random.default_rng([seed, 18])
         left = {r.name: first_order(memory, r.t.size, rng) for r in recordings}
-        rows = residual_rows(left, recordings)
+        rows = stack_residuals(left, recordings)
         noise = residual_noise(rows)
         none = np.zeros((rows.residual.size, 0))
-        value, band, _ = correlation(rows.means(), none, noise, noise.degrees_of_freedom)
+        value, band, _ = partial_correlation(
+            rows.indicator_columns(), none, noise, noise.degrees_of_freedom
+        )
         outside += abs(value) > band
 
     assert outside / TRIALS <= MOST
@@ -169,7 +175,7 @@ def test_autocorrelation_of_a_known_process(recordings: list[Recording]) -> None
     assert known.lags[:10] == pytest.approx(0.01 * np.arange(1, 11))
     assert known.values[:10] == pytest.approx(0.9 ** np.arange(1, 11), abs=0.06)
     assert 0.1 < known.memory < 0.6
-    assert "correlated over" in found.reading or found.followed
+    assert "correlated over" in found.summary_paragraph or found.followed
 
 
 def make_long(recording: Recording) -> Recording:
@@ -195,7 +201,7 @@ def test_every_signal_is_recognised(recordings: list[Recording], number: int) ->
     found = signatures(*noise)
 
     own = named(found, signal.name)
-    assert own.leaves_band or own.band > 0.9
+    assert own.is_significant or own.band > 0.9
     assert abs(own.correlation) > 0.9
 
 
@@ -230,7 +236,7 @@ def test_what_the_rig_plants_stands_out(effect: str, signal: str, sign: int) -> 
 
     assert (first.signal, np.sign(first.correlation)) == (signal, sign)
     assert effect in first.effects
-    assert found.reading.startswith(f"The residual follows {signal} (")
+    assert found.summary_paragraph.startswith(f"The residual follows {signal} (")
 
 
 def test_a_cause_is_usual_and_what_was_tried_or_overdone_is_named() -> None:
@@ -238,18 +244,22 @@ def test_a_cause_is_usual_and_what_was_tried_or_overdone_is_named() -> None:
     every, creep = tuple(EFFECTS.values()), (EFFECTS["frictional_creep"],)
     rate, direction = by_name[RATE], by_name[DIRECTION]
     kingpin = "usually dry friction in the kingpin or the sensor's mount"
-    assert reading_of(direction, 0.5, every, ()) == kingpin
+    assert correlation_meaning_text(direction, 0.5, every, ()) == kingpin
     tried = "(tried, not added: bearing friction and rate friction)"
-    assert reading_of(direction, 0.5, every, creep) == f"{kingpin} {tried}"
+    assert correlation_meaning_text(direction, 0.5, every, creep) == f"{kingpin} {tried}"
     only = (EFFECTS["bearing_friction"],)
-    assert reading_of(direction, 0.5, (), creep) == kingpin, "what no search tried"
-    assert reading_of(direction, 0.5, only, only) == kingpin, "what the model has"
+    assert correlation_meaning_text(direction, 0.5, (), creep) == kingpin, "what no search tried"
+    assert correlation_meaning_text(direction, 0.5, only, only) == kingpin, "what the model has"
     # Friction that grows with speed was added, and the residual says that it falls.
-    assert reading_of(rate, -0.5, every, creep) == "frictional creep may be too strong there"
-    assert reading_of(rate, 0.5, every, creep).startswith("usually viscous damping")
+    assert (
+        correlation_meaning_text(rate, -0.5, every, creep) == "frictional creep may be too strong there"
+    )
+    assert correlation_meaning_text(rate, 0.5, every, creep).startswith("usually viscous damping")
     # Of either sign, or of each recording's own, nothing is overdone.
     either = (EFFECTS["asymmetric_friction"],)
-    assert reading_of(by_name[SIZE], -0.5, (), either).startswith("usually friction differs")
+    assert correlation_meaning_text(by_name[SIZE], -0.5, (), either).startswith(
+        "usually friction differs"
+    )
 
 
 @pytest.mark.parametrize(
@@ -263,7 +273,7 @@ def test_what_no_signal_shows(missing: str | None, reading: str) -> None:
     found = looked(missing, 3)
 
     assert found.followed == ()
-    assert reading in found.reading
+    assert reading in found.summary_paragraph
     assert missing or found.autocorrelation.memory < 0.1
 
 
@@ -300,7 +310,7 @@ def test_every_effect_is_pointed_at_by_a_signal() -> None:
 
     assert names == {name for name, effect in EFFECTS.items() if not effect.flexible}
     declared = {
-        signal.name: tuple(effects_leaving(signal, sign, EFFECTS.values()) for sign in (1, -1))
+        signal.name: tuple(effects_with_signature(signal, sign, EFFECTS.values()) for sign in (1, -1))
         for signal in RESIDUAL_SIGNALS
     }
     assert declared == POINTED_AT
@@ -367,16 +377,16 @@ def test_three_signals_are_followed_where_three_are_planted(recordings: list[Rec
     assert {s.signal for s in found.followed} == {ANGLE, DIRECTION, "the load"}
     content = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert [s["signal"] for s in content["followed"]] == [s.signal for s in found.followed]
-    assert content["reading"] == found.reading
+    assert content["reading"] == found.summary_paragraph
 
 
 def test_the_band_of_a_constant_allows_for_few_low_frequencies(recordings: list[Recording]) -> None:
     rng = np.random.default_rng(20)
     residuals, made = with_residual(recordings, lambda r: first_order(0.97, r.t.size, rng))
-    rows = residual_rows(residuals, made)
+    rows = stack_residuals(residuals, made)
     noise = residual_noise(rows)
     none = np.zeros((rows.residual.size, 0))
-    _, band, _ = correlation(rows.means(), none, noise, noise.degrees_of_freedom)
+    _, band, _ = partial_correlation(rows.indicator_columns(), none, noise, noise.degrees_of_freedom)
 
     assert named(signatures(residuals, made), CONSTANT).band == pytest.approx(band)
 

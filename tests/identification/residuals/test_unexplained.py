@@ -9,7 +9,11 @@ from identification import Recording
 from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import Huber
 from identification.residuals.partial_correlations import signatures
-from identification.residuals.unexplained_residual import Unexplained, unexplained, white_noise
+from identification.residuals.unexplained_residual import (
+    Unexplained,
+    find_residual_structure,
+    white_noise_std,
+)
 from reference_rig import RigTyre, make_recording
 from rig_recordings import as_read
 from tests.identification.factories import with_torque
@@ -34,7 +38,7 @@ def rest(recording: Recording, residual: np.ndarray) -> Unexplained:
 
 def said_of(shown: Recording, residual: np.ndarray, *loss: Huber) -> Unexplained:
     residuals = {shown.name: residual}
-    return unexplained(residuals, [shown], signatures(residuals, [shown]), *loss)
+    return find_residual_structure(residuals, [shown], signatures(residuals, [shown]), *loss)
 
 
 @pytest.mark.parametrize("level", [0.01, 0.2])
@@ -42,14 +46,14 @@ def test_white_noise_on_a_smooth_torque(level: float) -> None:
     t = np.arange(200_000) / 100
     torque = 5 * np.sin(t) + level * np.random.default_rng(1).standard_normal(t.size)
 
-    assert white_noise(torque) == pytest.approx(level, rel=0.02)
+    assert white_noise_std(torque) == pytest.approx(level, rel=0.02)
     torque[::50] = np.nan
-    assert white_noise(torque) == pytest.approx(level, rel=0.02)
+    assert white_noise_std(torque) == pytest.approx(level, rel=0.02)
 
 
 def test_no_noise_at_all() -> None:
-    assert white_noise(np.linspace(0, 1, 50)) == pytest.approx(0, abs=1e-12)
-    assert white_noise(np.full(50, np.nan)) == 0
+    assert white_noise_std(np.linspace(0, 1, 50)) == pytest.approx(0, abs=1e-12)
+    assert white_noise_std(np.full(50, np.nan)) == 0
 
 
 def test_neither_noise_nor_structure_finer_than_the_model_is_reported(recording: Recording) -> None:
@@ -89,7 +93,7 @@ def test_structure_is_reported_with_what_it_follows(recording: Recording, plante
 def test_structure_has_to_stand_above_noise(recording: Recording, ratio: float, present: bool) -> None:
     """An error 8 % above that of the noise is noise, one 22 % above it is not."""
     t, noise = recording.t, noise_of(recording)
-    floor = white_noise((shown := with_torque(recording, recording.M_z + noise)).M_z)
+    floor = white_noise_std((shown := with_torque(recording, recording.M_z + noise)).M_z)
     wave = np.sin(2 * np.pi * 0.3 * t)
     residual = floor * np.random.default_rng(2).standard_normal(t.size)
     level = np.sqrt(max(0.0, (ratio * floor) ** 2 - np.mean(residual**2)) / np.mean(wave**2))

@@ -6,7 +6,7 @@ import numpy as np
 
 from identification import Recording
 from identification.fits.autocorrelation import effective_samples
-from identification.selection.criteria import DEFAULT_CRITERIA, Comparison, SelectionCriteria
+from identification.selection.criteria import DEFAULT_CRITERIA, ComparisonBasis, SelectionCriteria
 from identification.selection.trial import Judgement, Trial
 from symbolic import Effect, Parameter
 
@@ -15,9 +15,9 @@ Pair = tuple[Trial, list[Recording]]
 """A trial, and the recordings that it was fitted to and judged by."""
 
 
-def compared_by(pair: Pair, criteria: SelectionCriteria = DEFAULT_CRITERIA) -> Comparison:
+def compared_by(pair: Pair, criteria: SelectionCriteria = DEFAULT_CRITERIA) -> ComparisonBasis:
     """What models are compared by that were fitted to the first recording."""
-    return Comparison(pair[1][:1], criteria, pair[0])
+    return ComparisonBasis(pair[1][:1], criteria, pair[0])
 
 
 class Law(Effect):

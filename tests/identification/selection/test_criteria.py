@@ -13,8 +13,8 @@ from identification.selection.criteria import (
     distinguishable,
     exchange_justified,
     family_already_present,
+    has_redundant_zero_effects,
     recordings_allow,
-    says_the_zero_twice,
 )
 from symbolic import InvalidInputError, effects_named
 from tests.identification.factories import recording
@@ -70,7 +70,7 @@ def test_an_objection_stands_where_nothing_held_out_foresees_the_gain(pair: Pair
     ],
 )
 def test_a_tared_torque_has_no_other_zero_at_its_start(names: tuple[str, ...], twice: bool) -> None:
-    assert says_the_zero_twice(effects_named(names)) == twice
+    assert has_redundant_zero_effects(effects_named(names)) == twice
 
 
 @pytest.mark.parametrize(

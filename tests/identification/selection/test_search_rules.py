@@ -9,10 +9,14 @@ import pytest
 
 from identification.fits.parameter_values import Values
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
-from identification.selection.search_step import SearchStep, rank_for_confirmation, without_each
+from identification.selection.search_step import (
+    SearchStep,
+    begin_trials_without_each,
+    rank_for_confirmation,
+)
 from identification.selection.stepwise_search import Search
 from identification.selection.trial import FINE, RANKING, ROUGH, Precision, Trial
-from identification.selection.trial_runner import Effects, TrialRunner, silent
+from identification.selection.trial_runner import Effects, TrialRunner, ignore_progress
 from tests.identification.selection.compared import (
     SECONDS,
     Pair,
@@ -62,7 +66,7 @@ class Scripted:
         made = with_effects(replace(trial, fitted=fitted), names)
         return replace(made, judgement=judgement(np.full(SECONDS, error)))
 
-    def run_fine(
+    def run_on_whole_recordings(
         self, effects: Effects, start: Values | None = None, precision: Precision = FINE
     ) -> Trial:
         self.fitted.append(letters(effects))
@@ -71,12 +75,14 @@ class Scripted:
         assert not unknown, "a fit refuses values of effects that its model does not have"
         return self.trial(self.fitted[-1], self.fine(self.fitted[-1]))
 
-    def begin_fine(
+    def begin_on_whole_recordings(
         self, starts: Mapping[str, tuple[Effects, Values]], precision: Precision
     ) -> Callable[[], dict[str, Trial]]:
-        return lambda: {key: self.run_fine(*start, precision) for key, start in starts.items()}
+        return lambda: {
+            key: self.run_on_whole_recordings(*start, precision) for key, start in starts.items()
+        }
 
-    def run_coarse(self, effects: Effects, _: Values, precision: Precision) -> Trial:
+    def run_on_thinned_recordings(self, effects: Effects, _: Values, precision: Precision) -> Trial:
         self.precisions.append(precision)
         return self.trial(letters(effects), self.coarse(letters(effects)))
 
@@ -98,7 +104,7 @@ def searched(
     runner: Scripted, candidates: str, criteria: SelectionCriteria = DEFAULT_CRITERIA
 ) -> list[SearchStep]:
     effects = tuple(effect_of(name) for name in candidates)
-    return Search(cast(TrialRunner, runner), effects, criteria, silent).run()
+    return Search(cast(TrialRunner, runner), effects, criteria, ignore_progress).run()
 
 
 def path(steps: Sequence[SearchStep]) -> list[str]:
@@ -180,13 +186,13 @@ def test_each_effect_is_taken_out_of_the_model_found(pair: Pair) -> None:
     steps = searched(runner, "abc")
     fitted = len(runner.fitted)
 
-    rests = without_each(steps, cast(TrialRunner, runner))()
+    rests = begin_trials_without_each(steps, cast(TrialRunner, runner))()
 
     assert {effect.name: letters(rest.effects) for effect, rest in rests.items()} == {
         "b": "ac", "a": "bc", "c": "ba",
     }  # fmt: skip
     assert runner.fitted[fitted:] == ["ac", "bc"]
-    assert runner.discretised is not steps[-1].before.fitted.model.exact
+    assert runner.discretised is not steps[-1].before.fitted.model.uses_exact_patch
 
 
 def test_a_flexible_law_takes_the_place_of_its_family(pair: Pair) -> None:
@@ -311,10 +317,10 @@ def added(pair: Pair, names: str, rivals: str, trials: tuple[Trial, ...]) -> Sea
 def test_a_rival_with_more_parameters_is_not_tried(pair: Pair) -> None:
     step = added(pair, "b", "a", both(pair, 0.0, 1.5))
 
-    assert step.equal_rival is None, "a has one more"
+    assert step.equally_simple_rival is None, "a has one more"
     others = replace(step, after=with_effects(pair[0], "a"), indistinguishable=(effect_of("b"),))
-    assert others.equal_rival == effect_of("b")
-    assert replace(step, after=None).equal_rival is None
+    assert others.equally_simple_rival == effect_of("b")
+    assert replace(step, after=None).equally_simple_rival is None
 
 
 @pytest.mark.parametrize(

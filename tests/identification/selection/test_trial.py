@@ -13,9 +13,9 @@ from identification.fits.loss import LEAST_SQUARES, rmse_of
 from identification.fits.parameter_values import Values, initial_guess
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,
+    cross_term_standard_error,
     delta_bic,
     error_reduction,
-    standard_error_by_chance,
 )
 from identification.selection.leave_one_out_linearised import leave_one_out
 from identification.selection.trial import (
@@ -27,14 +27,14 @@ from identification.selection.trial import (
     Precision,
     Trial,
     TrialTask,
-    fit_own_parameters,
+    fit_recording_parameters,
     judge,
     model_of,
     run_trial,
     thin_for_ranking,
     with_prior_weights,
 )
-from identification.selection.trial_runner import TrialRunner, run_at_once, start_values
+from identification.selection.trial_runner import TrialRunner, run_in_this_process, start_values
 from symbolic import Model, Tolerances, effects_named
 from tests.identification.factories import left_out_exactly, read_campaign, with_torque
 
@@ -127,7 +127,7 @@ def test_leaving_out_with_outliers(three: list[Recording]) -> None:
     for left_out in three[1:]:
         others = [recording for recording in wrong if recording is not left_out]
         refitted = run_trial(replace(task, training=others, start=fitted.values)).fitted
-        exact = fit_own_parameters(refitted, [left_out]).residuals[left_out.name]
+        exact = fit_recording_parameters(refitted, [left_out]).residuals[left_out.name]
         change = rmse_of(exact - fitted.residuals[left_out.name])
         assert rmse_of(predicted[left_out.name] - exact) < 0.5 * change
 
@@ -209,8 +209,8 @@ def test_threads_change_no_digit(three: list[Recording]) -> None:
 def test_large_errors_are_ranked_on_fewer_samples(
     three: list[Recording], precision: Precision, step: float
 ) -> None:
-    runner = TrialRunner(training=three, holdout=(), loss=LEAST_SQUARES, submit=run_at_once)
-    coarse = runner.run_coarse((), None, precision)
+    runner = TrialRunner(training=three, holdout=(), loss=LEAST_SQUARES, submit=run_in_this_process)
+    coarse = runner.run_on_thinned_recordings((), None, precision)
 
     for times in coarse.judgement.times.values():
         assert np.diff(times).max() == pytest.approx(step)
@@ -271,9 +271,9 @@ def test_an_effect_of_one_block_falls_by_more_than_chance() -> None:
     mean, error = error_reduction(better, worse, BLOCK)
     assert mean == pytest.approx(1 / 48 + by_hand)
     assert mean < 1.2 * error
-    assert standard_error_by_chance(better, worse, BLOCK) == pytest.approx(abs(by_hand))
+    assert cross_term_standard_error(better, worse, BLOCK) == pytest.approx(abs(by_hand))
     # Of an effect that only follows the noise half the fall is chance, and a single block tells nothing.
     luck = judged(2 * noise.ravel(), 2.0)
     half = pytest.approx(np.linalg.norm(2 * (noise**2).mean(axis=1)) / 4 / 12)
-    assert standard_error_by_chance(better, luck, BLOCK) == half
-    assert standard_error_by_chance(judged(np.ones(140)), judged(np.full(140, 2.0)), BLOCK) == np.inf
+    assert cross_term_standard_error(better, luck, BLOCK) == half
+    assert cross_term_standard_error(judged(np.ones(140)), judged(np.full(140, 2.0)), BLOCK) == np.inf

@@ -19,7 +19,7 @@ from typing import Any
 import pytest
 
 from identification import Recording, diagnose
-from identification.selection.trial_runner import worker_pool, workers
+from identification.selection.trial_runner import worker_pool, worker_submitter
 from identification.selection.worker_processes import WorkerProcesses
 from symbolic import BrushgripError, InvalidInputError
 from tests.processes import is_running, wait_for
@@ -55,7 +55,7 @@ def no_pickle() -> object:
     [pytest.param(False, marks=pytest.mark.long, id="before its answer"), True],
 )
 def test_a_process_that_is_killed_is_replaced_once(tmp_path: Path, half: bool) -> None:
-    with workers(2) as submit:
+    with worker_submitter(2) as submit:
         once = submit(die, tmp_path / "once", 1, half)
         twice = submit(die, tmp_path / "twice", 2, half)
         assert once.result(60) > 0
@@ -110,15 +110,18 @@ def test_a_process_that_cannot_be_started_is_tried_once_more(monkeypatch: pytest
         start(process)
 
     monkeypatch.setattr(SpawnProcess, "start", start_badly)
-    with workers(2) as submit:
+    with worker_submitter(2) as submit:
         assert submit(abs, -3).result(60) == 3
     faults.extend([BrokenPipeError(32, "Broken pipe")] * 2)
-    with workers(2) as submit, pytest.raises(BrushgripError, match="cannot be started, Broken pipe"):
+    with (
+        worker_submitter(2) as submit,
+        pytest.raises(BrushgripError, match="cannot be started, Broken pipe"),
+    ):
         submit(abs, -3).result(60)
 
 
 def test_errors_come_back_with_where_they_were_raised() -> None:
-    with workers(2) as submit:
+    with worker_submitter(2) as submit:
         with pytest.raises(InvalidInputError) as caught:
             submit(raise_error, "no good").result(60)
         assert str(caught.value) == "no good"
@@ -164,7 +167,7 @@ def note_frozen(path: Path) -> None:
 
 
 def test_a_process_ends_without_collecting(tmp_path: Path) -> None:
-    with workers(2) as submit:
+    with worker_submitter(2) as submit:
         submit(note_frozen, tmp_path / "frozen").result(60)
     assert (tmp_path / "frozen").read_text() == "True"
 
@@ -190,17 +193,17 @@ class Losing(Executor):
 
 def test_an_executor_stands_in_for_processes() -> None:
     with ThreadPoolExecutor(1) as pool:
-        with workers(None, (), pool) as submit:
+        with worker_submitter(None, (), pool) as submit:
             assert submit(pow, 2, 10).result() == 1024
         assert pool.submit(pow, 2, 3).result() == 8  # It is left open.
     refused = pytest.raises(InvalidInputError, match="leave jobs out")
-    with ThreadPoolExecutor(1) as pool, refused, workers(2, (), pool):
+    with ThreadPoolExecutor(1) as pool, refused, worker_submitter(2, (), pool):
         pass
 
 
 def test_work_that_an_executor_loses_is_said() -> None:
     lost = "the executor lost work that it was given: CancelledError"
-    with pytest.raises(BrushgripError, match=lost), workers(None, (), Losing()) as submit:
+    with pytest.raises(BrushgripError, match=lost), worker_submitter(None, (), Losing()) as submit:
         submit(pow, 2, 10).result()
 
 
@@ -212,7 +215,7 @@ def test_what_has_not_begun_is_cancelled() -> None:
             return future
 
     def interrupted() -> None:
-        with workers(None, (), Sleeping()) as submit:
+        with worker_submitter(None, (), Sleeping()) as submit:
             submit(pow, 2, 10)
             raise KeyboardInterrupt
 

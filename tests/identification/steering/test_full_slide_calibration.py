@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.car_files import declared_toml, write_recording
 from identification import Recording, read_recording
-from identification.reading.car_plausibility import shares_at_limits
+from identification.reading.car_plausibility import shares_at_extreme_values
 from identification.steering.full_slide_calibration import TyresResult, identify_tyres
 from reference_rig import CarRecording, FleetCar, draw_car
 from symbolic import InvalidInputError, Vehicle, full_slide_arm, rig_of, vehicle_from_tables
@@ -128,9 +128,9 @@ def test_the_motor_is_judged_and_not_the_coarse_steps_of_the_torsion_bar() -> No
     speed = np.where(np.arange(1000) < 800, 0.01, 0.0)
     columns = {"T_bar": np.round(2 * wave), "T_motor": np.clip(wave, -1, 0.9)}
 
-    assert shares_at_limits(columns, speed) == {"T_motor": np.mean(wave[:800] >= 0.9)}
-    assert shares_at_limits({"T_bar": columns["T_bar"]}, speed)["T_bar"] > 0.1
-    assert shares_at_limits(columns, 0 * speed) == {}
+    assert shares_at_extreme_values(columns, speed) == {"T_motor": np.mean(wave[:800] >= 0.9)}
+    assert shares_at_extreme_values({"T_bar": columns["T_bar"]}, speed)["T_bar"] > 0.1
+    assert shares_at_extreme_values(columns, 0 * speed) == {}
 
 
 def test_what_is_unexplained_is_told_and_judged(tmp_path: Path, usual: TyresResult) -> None:

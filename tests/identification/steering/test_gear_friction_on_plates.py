@@ -12,7 +12,13 @@ from identification.reading.car_recordings import RackRecording, read_rack_recor
 from identification.steering.gear_friction_on_plates import identify_on_plates
 from reference_rig import CAR_STEP, FleetCar, draw_car, record_car, simulate_car
 from symbolic import InvalidInputError, vehicle_from_tables
-from symbolic.vehicle.steering import jacking_torque, lever, mean_angle, rack_force, rack_position
+from symbolic.vehicle.steering import (
+    jacking_torque,
+    mean_wheel_angle,
+    rack_force,
+    rack_lever,
+    rack_position,
+)
 from tests.columns import write_columns
 from tests.simulated_car import BOTH_WAYS, Array, declared_vehicle, drive, on_plates
 
@@ -44,7 +50,7 @@ def test_damping_is_about_the_kingpin_where_the_lever_shrinks_to_the_locks() -> 
     rate = np.gradient(s, t)
 
     def with_damping(about: float) -> RackRecording:
-        drag = 2 * about * rate / lever(vehicle, s) ** 2
+        drag = 2 * about * rate / rack_lever(vehicle, s) ** 2
         return RackRecording(name="plates", t=t, s=s, force=force - 3000 * rate + drag, brakes=True)
 
     found = identify_on_plates([with_damping(24.0)], vehicle).damping
@@ -115,7 +121,7 @@ def test_independent_cars_within_a_tenth(seed: int) -> None:
         result = identify_on_plates([one], vehicle)
         friction = result.gear_friction
         near_lock = np.abs(np.abs(s) - 0.8 * vehicle.rack_travel) < 3e-3
-        lift = 2 * jacking_torque(vehicle, mean_angle(vehicle, s)) / lever(vehicle, s)
+        lift = 2 * jacking_torque(vehicle, mean_wheel_angle(vehicle, s)) / rack_lever(vehicle, s)
         # What the rods put on the rack, to either side, is what lifts the body.
         lifted = np.mean(np.abs(seen["F_rods"][near_lock])) / np.mean(np.abs(lift[near_lock]))
         print(f"{seed}: {friction.value:.0f} ± {friction.std:.0f} of {drawn.car.friction.level:.0f} N,"

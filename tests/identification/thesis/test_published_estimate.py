@@ -3,7 +3,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identification.thesis.published_estimate import aligned, author_estimate_file, read_author_estimate
+from identification.thesis.published_estimate import (
+    author_estimate_file,
+    begin_of_part,
+    read_author_estimate,
+)
 from tests.refusal import fault_of, refused
 
 HEADER = ",".join(["NaN"] * 12)
@@ -51,6 +55,6 @@ def test_his_mark_is_not_in_his_names() -> None:
 def test_aligned_by_angle() -> None:
     psi = np.sin(np.arange(50) * 0.3)
 
-    assert aligned(psi, psi[17:40]) == 17
-    assert "not those of the recording" in refused(aligned, psi, psi[17:40] + 0.1)
-    assert "not those of the recording" in refused(aligned, psi[:5], psi)
+    assert begin_of_part(psi, psi[17:40]) == 17
+    assert "not those of the recording" in refused(begin_of_part, psi, psi[17:40] + 0.1)
+    assert "not those of the recording" in refused(begin_of_part, psi[:5], psi)

@@ -14,9 +14,9 @@ from observers.embedded.instruction_count import ERROR, estimated_instructions
 from symbolic.vehicle.mean_wheel import (
     aligning_torque_with_friction,
     equivalent_contact_angle,
-    wheel_of_rack,
+    wheel_from_rack,
 )
-from symbolic.vehicle.steering import mean_angle, pinion_angle, rack_force, rack_of_pinion
+from symbolic.vehicle.steering import mean_wheel_angle, pinion_angle, rack_and_gain, rack_force
 from tests.compile_once import compile_once
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.cortex.target import M4F, TOOLS, run_on, tools_installed
@@ -32,7 +32,7 @@ MOST_INSTRUCTIONS, MOST_MEMORY = 20_000, 4096
 @pytest.fixture(scope="module")
 def rows() -> np.ndarray:
     t, rack = steering(seconds=8.0)
-    psi = equivalent_contact_angle(CAR, mean_angle(CAR, rack), brakes=True)
+    psi = equivalent_contact_angle(CAR, mean_wheel_angle(CAR, rack), brakes=True)
     M_z = aligning_torque_with_friction(CAR, rack, SimulatedCar(mu=(0.3, 0.3)).force(rack), brakes=True)
     same = np.ones(t.size)
     return SINGLE.round(np.column_stack([psi, np.nan * same, M_z, 4000.0 * same, 0.01 * same]))
@@ -81,12 +81,12 @@ def test_sensors_of_a_car_in_c(tmp_path: Path) -> None:
     compile_once(["cc", *flags, "use.c", "-o", "use.so", "-lm"], tmp_path, "use.so")
     library, out = ctypes.CDLL(str(tmp_path / "use.so")), (ctypes.c_double * 3)()
     library.use(ctypes.c_double(0.04), ctypes.c_double(-900.0), out)
-    psi = equivalent_contact_angle(CAR, mean_angle(CAR, 0.04), brakes=True)
+    psi = equivalent_contact_angle(CAR, mean_wheel_angle(CAR, 0.04), brakes=True)
 
     M_z = aligning_torque_with_friction(CAR, 0.04, -900.0, brakes=True)
     assert list(out) == pytest.approx([psi, M_z, 4000.0])
     for angle in (-6.0, -2.5, 0.3, 3.0):
         library.turn(ctypes.c_double(angle), ctypes.c_double(1.5), out)
         pinion = pinion_angle(car, angle, 1.5)
-        moved = (rack_of_pinion(car, pinion)[0], rack_force(car, 1.5, 1.5, pinion), 0.0, 0.0)
-        assert list(out)[:2] == pytest.approx(wheel_of_rack(car, *moved, brakes=True))
+        moved = (rack_and_gain(car, pinion)[0], rack_force(car, 1.5, 1.5, pinion), 0.0, 0.0)
+        assert list(out)[:2] == pytest.approx(wheel_from_rack(car, *moved, brakes=True))

@@ -12,7 +12,7 @@ from observers.embedded.compact_codegen import compact_patch
 from reference_rig import RigRecording
 from symbolic import Effect, Model, parameter_name
 from symbolic.effects.library import GROUND_SCOPES, KNOWN
-from symbolic.elements_in_series import deflection_of
+from symbolic.elements_in_series import series_deflection
 from tests.observers.conftest import K
 from tests.observers.embedded.generated_code import (
     assert_same,
@@ -36,7 +36,7 @@ EXACT = [
     name
     for name, effect in KNOWN.items()
     if name not in GROUND_SCOPES
-    and (alone := Model(effects=(effect,))).exact
+    and (alone := Model(effects=(effect,))).uses_exact_patch
     and not alone.memory_depends_on("mu")
     and name
     != "friction_drift"  # off by up to 1.7e-6: in C its travel does not follow the estimated angle
@@ -48,7 +48,7 @@ def observer_under(kind: Any, effects: tuple[Effect, ...], sensing: Any = ALIGNI
     """An observer of a model with effects at their usual values."""
     whole = Model(effects=effects, **model)
     usual = {
-        parameter_name(e, p): p.neutral if e.remembers_torque else p.start or 0.3
+        parameter_name(e, p): p.neutral if e.adds_torque_from_memory else p.start or 0.3
         for e, p in whole.parameters
         if e is not None
     }
@@ -58,7 +58,7 @@ def observer_under(kind: Any, effects: tuple[Effect, ...], sensing: Any = ALIGNI
 @pytest.mark.parametrize("bristles", [8, pytest.param(20, marks=pytest.mark.long)])
 @pytest.mark.parametrize("effect", MARKED)
 def test_every_effect(effect: Effect, bristles: int, recording: RigRecording, tmp_path: Path) -> None:
-    compliant = deflection_of(Model(effects=(effect,))) is not None
+    compliant = series_deflection(Model(effects=(effect,))) is not None
     observer = observer_under(Ekf, (effect,), bristles=bristles, discretised=compliant)
 
     assert_same(generate_code(observer, DOUBLE, tmp_path), rows_of(recording)[:SAMPLES], atol=1e-11)

@@ -14,7 +14,7 @@ import pytest
 from identification import read_recording
 from observers import ESTIMATE, AligningTorque, Ekf, Mhe, Status, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE, Real, generate_fmu
-from observers.embedded.fmu import is_host
+from observers.embedded.fmu import is_supported_host
 from symbolic import InvalidInputError, Tyre, compiler
 from symbolic.float_array import Array
 from symbolic.parameters import STIFFNESS
@@ -37,7 +37,7 @@ FMICallException = pytest.importorskip("fmpy.fmi1").FMICallException
 pytestmark = [
     pytest.mark.long,
     needs_compiler,
-    pytest.mark.skipif(not is_host(), reason="FMUs are built on Linux x86_64 alone"),
+    pytest.mark.skipif(not is_supported_host(), reason="FMUs are built on Linux x86_64 alone"),
 ]
 MASTER = Path(__file__).with_name("master.c")
 STEP = 0.01

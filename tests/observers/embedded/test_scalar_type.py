@@ -13,7 +13,7 @@ from observers.embedded.scalar_type import (
     code_in_type,
     count_names,
     defined_names,
-    with_prefix,
+    prefix_own_c_names,
 )
 from tests.compile_once import OPTIMISATION
 from tests.observers.embedded.conftest import Generate
@@ -93,14 +93,14 @@ pair_t grip_pair(void) { return now./* own */twice; }
 
 def test_names_of_a_file_get_its_prefix() -> None:
     assert defined_names(TEXT) == {"LIMIT", "FIRST", "SECOND", "COUNT", "pair_t", "table", "twice"}
-    seen = with_prefix(TEXT, "grip")
+    seen = prefix_own_c_names(TEXT, "grip")
 
     assert "#define GRIP_LIMIT (1.0)" in seen
     assert "static const double grip_table[GRIP_COUNT] = {0.0}; /* table of LIMIT */" in seen
     assert "grip_twice(const grip_pair_t *pair) { return 2.0 * pair->table + now.twice; }" in seen
     assert "// A pair.\ngrip_pair_t grip_pair(void) { return now./* own */twice; }" in seen
     assert "return grip_twice(0) + GRIP_LIMIT + grip_table[GRIP_FIRST]; /* twice */" in seen
-    assert with_prefix(seen, "grip") == seen
+    assert prefix_own_c_names(seen, "grip") == seen
 
 
 @pytest.mark.long

@@ -7,13 +7,15 @@ import pytest
 
 from observers import AligningTorque, DirectionalFriction, Ekf
 from observers.embedded import DOUBLE, generate, generate_fmu
-from observers.embedded.fmu import is_host
+from observers.embedded.fmu import is_supported_host
 from symbolic import compiler
 from tests.observers.embedded.generated_code import DECLARED, observer_of
 from tests.observers.factories import found_model
 
 UNLIKE = found_model({"asymmetric_friction.ratio": 0.85}, bristles=8)
-needs_fmu = pytest.mark.skipif(not is_host() or compiler() is None, reason="no FMU can be built")
+needs_fmu = pytest.mark.skipif(
+    not is_supported_host() or compiler() is None, reason="no FMU can be built"
+)
 
 
 def defined(header: str) -> list[float]:

@@ -135,6 +135,6 @@ def test_layout_joins_column_by_column() -> None:
 
 def test_layout_fills_a_part_with_its_column_and_the_rest_with_zeros() -> None:
     layout = Layout((("a", 2, 3), ("b", 2, 1), ("c", 1, 1)))
-    vector = ca.evalf(layout.fill({"a": ca.MX([1.0, 2.0]), "c": 9.0})).full().ravel()
+    vector = ca.evalf(layout.join_missing_as_zero({"a": ca.MX([1.0, 2.0]), "c": 9.0})).full().ravel()
 
     np.testing.assert_array_equal(vector, [1, 2, 1, 2, 1, 2, 0, 0, 9])

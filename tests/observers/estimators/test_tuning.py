@@ -48,7 +48,7 @@ def test_only_limits_may_be_infinite(name: str) -> None:
 @pytest.mark.parametrize("name", UNLIMITED)
 def test_infinite_limits_are_none(name: str) -> None:
     assert getattr(Tuning(**{name: inf}), name) == inf
-    assert max(Tuning(**{name: inf}).limits) <= 1e9
+    assert max(Tuning(**{name: inf}).sensor_limits) <= 1e9
 
 
 @pytest.mark.parametrize(

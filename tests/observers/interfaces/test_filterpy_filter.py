@@ -28,7 +28,7 @@ def torque(signals: np.ndarray, mu: float) -> np.ndarray:
 def test_it_is_the_filter_of_the_textbook(signals: np.ndarray) -> None:
     measured = torque(signals, MU)
     ours = FilterpyEkf(model=Model(), values={"k": K}, rig=RIG, tuning=TUNING)
-    x, P, R = 0.0, TUNING.log_std**2, (TUNING.noise * 3 / 8 * 400 * RIG.a) ** 2
+    x, P, R = 0.0, TUNING.prior_log_mu_std**2, (TUNING.noise * 3 / 8 * 400 * RIG.a) ** 2
     h = 1e-6
     for i, (column, M_z) in enumerate(zip(signals.T, measured, strict=True)):
         psi, psi_dot, F_N, dt = column

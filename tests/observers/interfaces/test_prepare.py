@@ -25,7 +25,7 @@ def test_the_first_sample_compiles_nothing(
     model = SteeringTorque() if steering else None
     more = {} if model is None else {"measurement_model": model}
     observer = kind(model=Model(), values={"k": 2.4e6}, rig=RIG, **more)
-    observer.prepare()
+    observer.precompile()
     count = len(begun)
     first = Sample(psi=0.1, psi_dot=0.0, F_N=400.0, dt=0.01, M_z=0.3, M=0.3)
     estimate = observer.estimate(observer.step(observer.init(first), first))
@@ -37,7 +37,7 @@ def test_the_first_sample_compiles_nothing(
 def test_that_nothing_compiles_is_said(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    module = import_module("symbolic.compilation.compiled")
+    module = import_module("symbolic.compilation.compiled_function_cache")
 
     function = Model().step
     monkeypatch.setenv("CC", "no-such-compiler")

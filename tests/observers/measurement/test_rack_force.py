@@ -23,7 +23,7 @@ from observers.quality.acquisition import OWN
 from observers.udu import covariance_of
 from symbolic import Vehicle
 from symbolic.vehicle.mean_wheel import aligning_torque_with_friction, equivalent_contact_angle
-from symbolic.vehicle.steering import mean_angle
+from symbolic.vehicle.steering import mean_wheel_angle
 from tests.simulated_car import SimulatedCar, declared_vehicle, steering
 
 CAR = declared_vehicle()
@@ -32,7 +32,7 @@ CAR = declared_vehicle()
 def driven(car: SimulatedCar, vehicle: Vehicle = CAR) -> tuple[Any, ...]:
     """Time, angle, load and torque of the mean wheel."""
     t, rack = steering()
-    psi = equivalent_contact_angle(vehicle, mean_angle(vehicle, rack), brakes=True)
+    psi = equivalent_contact_angle(vehicle, mean_wheel_angle(vehicle, rack), brakes=True)
     M_z = aligning_torque_with_friction(vehicle, rack, car.force(rack), brakes=True)
     return t, psi, np.full(t.size, vehicle.wheel_load), M_z
 

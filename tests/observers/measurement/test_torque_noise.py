@@ -9,7 +9,7 @@ import pytest
 
 from observers import Ekf, Status, run
 from observers.layout import named, vector_of
-from observers.measurement.torque_error import NOISE, update_noise
+from observers.measurement.torque_error import NOISE, update_sensor_noise_estimate
 from reference_rig import RigTyre, free_path, simulate_bristles
 from symbolic import Model, Rig
 from symbolic.float_array import Array
@@ -25,7 +25,7 @@ USUAL, LEAST = 0.02**2, 0.005**2
 def stepped() -> ca.Function:
     """One torque: (numbers of `NOISE`, M_z, dt) -> numbers."""
     before, M_z, dt = ca.SX.sym("before", len(NOISE)), ca.SX.sym("M_z"), ca.SX.sym("dt")
-    after = update_noise(named(NOISE, before), M_z, dt, USUAL, LEAST)
+    after = update_sensor_noise_estimate(named(NOISE, before), M_z, dt, USUAL, LEAST)
     return ca.Function("noise", [before, M_z, dt], [vector_of(NOISE, after)])
 
 

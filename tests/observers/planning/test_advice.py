@@ -4,8 +4,12 @@ from typing import Any
 import pytest
 
 from observers import Ekf, Estimate, Status, SteeringLimits
-from observers.planning.advice import foreseen_reason, irreducible_reason, time_over_reason
-from observers.planning.forecast import percent_beside
+from observers.planning.advice import (
+    irreducible_reason_text,
+    planned_failure_text,
+    time_limit_reason_text,
+)
+from observers.planning.forecast import percent_text_beside_target
 from tests.observers.planning.conftest import LOAD
 
 LIMITS = SteeringLimits(angle=0.2, time=6.0)
@@ -46,14 +50,14 @@ def at(mu: float, deviation: float, status: Status = Status.USED) -> Estimate:
 def test_the_plan_speaks_for_the_frictions_beside_the_estimate(
     mu: float, deviation: float, reason: str
 ) -> None:
-    assert foreseen_reason(Planned(), at(mu, deviation)) == reason  # type: ignore[arg-type]
-    assert foreseen_reason(AllReached(), at(mu, deviation)) == ""  # type: ignore[arg-type]
+    assert planned_failure_text(Planned(), at(mu, deviation)) == reason  # type: ignore[arg-type]
+    assert planned_failure_text(AllReached(), at(mu, deviation)) == ""  # type: ignore[arg-type]
 
 
 def test_an_effective_friction_is_what_a_plan_is_for() -> None:
     estimate = replace(at(0.1, 0.02), mu_eff=0.4)
 
-    assert foreseen_reason(Planned(), estimate).endswith("twice the angle")  # type: ignore[arg-type]
+    assert planned_failure_text(Planned(), estimate).endswith("twice the angle")  # type: ignore[arg-type]
 
 
 MORE_TIME = "; no limit but the time was met: more time or a wider target may do"
@@ -99,14 +103,14 @@ MORE_TIME = "; no limit but the time was met: more time or a wider target may do
 def test_the_end_of_the_time_says_what_binds(
     plan: Any, estimate: Estimate, farthest: float, held: str, words: str
 ) -> None:
-    told = time_over_reason(plan(), estimate, LIMITS, farthest, held)
+    told = time_limit_reason_text(plan(), estimate, LIMITS, farthest, held)
 
     assert told == f"the time of 6 s is over at {words}"
 
 
 def test_what_remains_is_told_of_the_ground_or_of_the_run(acquiring: Ekf) -> None:
     def reason(target: float, mu: float, excess: float, load: float = LOAD) -> str:
-        return irreducible_reason(acquiring, target, at(mu, 0.05), load, 1.2, excess)
+        return irreducible_reason_text(acquiring, target, at(mu, 0.05), load, 1.2, excess)
 
     assert reason(0.035, 0.8, 0.0) == ""
     assert "3.5% of mu cannot be reached by any steering on mu = 0.05: 3.7% remains" in reason(
@@ -129,4 +133,4 @@ def test_what_remains_is_told_of_the_ground_or_of_the_run(acquiring: Ekf) -> Non
 def test_a_share_beside_a_target_has_the_digits_that_tell_them_apart(
     value: float, target: float, text: str
 ) -> None:
-    assert percent_beside(value, target) == text
+    assert percent_text_beside_target(value, target) == text

@@ -7,7 +7,7 @@ import pytest
 
 from observers import Ekf, Plan, SteeringLimits, plan, profile, run
 from observers.planning.forecast import Forecaster
-from observers.planning.plan import _Search
+from observers.planning.plan import _PathSearch
 from observers.planning.steering_path import fastest_path
 from symbolic import InvalidInputError
 from tests.observers.planning.conftest import LOAD, observe_on_rig
@@ -29,9 +29,9 @@ def test_a_plan_stays_within_the_limits(planned: Plan) -> None:
     assert LIMITS.slowest <= np.abs(path.psi_dot).max() <= LIMITS.rate
     assert path.t[-1] <= LIMITS.time
     assert planned.reasons == ()
-    assert planned.turns[-1] == path.psi[-1]
+    assert planned.turning_points[-1] == path.psi[-1]
     # It ends soon after the last ground is known.
-    assert path.travel[-1] == pytest.approx(1.1 * planned.travels.max(), rel=0.05)
+    assert path.travel[-1] == pytest.approx(1.1 * planned.travels_to_target.max(), rel=0.05)
 
 
 @pytest.mark.long
@@ -63,13 +63,13 @@ def test_a_stricter_target_never_needs_less_on_the_worst_ground(acquiring: Ekf, 
         plan(acquiring, target, LIMITS, LOAD, mus=(0.1, 0.8), coarse=True, quiet=True)
         for target in (0.08, 0.06)
     ]
-    travels = [one.travels.max() for one in (*looser, planned)]
+    travels = [one.travels_to_target.max() for one in (*looser, planned)]
 
     assert travels == sorted(travels)
 
 
 def test_on_the_rig_the_target_is_reached_where_planned(acquiring: Ekf, planned: Plan) -> None:
-    for mu, travel in zip(planned.mus, planned.travels, strict=True):
+    for mu, travel in zip(planned.mus, planned.travels_to_target, strict=True):
         estimates, _ = observe_on_rig(acquiring, planned.path, mu)
         good = [one.usable and one.mu_std <= 0.0505 * one.mu for one in estimates]
 
@@ -88,8 +88,8 @@ def test_turning_back_tells_ice_sooner_than_turning_on(acquiring: Ekf) -> None:
     )
 
     # The zero of the torque looks like friction until the wheel has turned back.
-    assert forecaster.forecast_whole(on, case, LOAD).reached(0.07) is None
-    assert forecaster.forecast_whole(back, case, LOAD).reached(0.07) is not None
+    assert forecaster.forecast_whole(on, case, LOAD).first_within_target(0.07) is None
+    assert forecaster.forecast_whole(back, case, LOAD).first_within_target(0.07) is not None
 
 
 @pytest.mark.long
@@ -119,7 +119,7 @@ def test_a_wider_limit_never_makes_the_plan_worse(acquiring: Ekf, seed: int) -> 
         of = {"travel": found.path.travel, "time": found.path.t}
         along = of.get(objective, np.maximum.accumulate(np.abs(found.path.psi)))
         ends = [along[at] for at in found.reached if at is not None]
-        least = [one.deviations(limits["torque"]).min() for one in found.forecasts]
+        least = [one.usable_deviations(limits["torque"]).min() for one in found.forecasts]
         costs.append((len(found.reasons), max(np.minimum(least, 1) if found.reasons else ends)))
 
     assert costs[1] <= costs[0]
@@ -155,7 +155,7 @@ def test_what_cannot_be_reached_is_told(
     told = plan(acquiring, target, limited, LOAD, mus=(0.8,), coarse=True)
 
     assert told.reached == (None,)
-    assert np.isnan(told.travels).all()
+    assert np.isnan(told.travels_to_target).all()
     assert len(told.reasons) == 1
     assert words in told.reasons[0]
 
@@ -171,7 +171,9 @@ def test_a_target_that_no_ground_can_reach_is_refused_before_a_path_is_tried(acq
 
 
 def test_a_target_within_reach_without_noise_alone_is_told_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("observers.planning.plan.largest_part", lambda *_: ("noise", 0.04, 0.01))
+    monkeypatch.setattr(
+        "observers.planning.plan.largest_uncertainty_part", lambda *_: ("noise", 0.04, 0.01)
+    )
     search = SimpleNamespace(
         limits=SteeringLimits(angle=0.3), reached_with=lambda *_, **__: False, target=0.05,
         forecaster=SimpleNamespace(observer=None), F_N=LOAD,
@@ -179,13 +181,13 @@ def test_a_target_within_reach_without_noise_alone_is_told_so(monkeypatch: pytes
     forecast = SimpleNamespace(
         best=lambda _: 0, allowed=lambda _: 1, torque=np.zeros(1), status=[0], deviation=[0.049]
     )
-    told = _Search.unreached(search, 0.05, SimpleNamespace(t=[10.0]), forecast, 3)
+    told = _PathSearch.unreached_text(search, 0.05, SimpleNamespace(t=[10.0]), forecast, 3)
 
     assert told.startswith(
         "4.9% without noise, after 10 s, but within 5.0% in 3 of 20 runs with noise; "
     )
     forecast.deviation = [0.06]
-    told = _Search.unreached(search, 0.05, SimpleNamespace(t=[10.0]), forecast, 0)
+    told = _PathSearch.unreached_text(search, 0.05, SimpleNamespace(t=[10.0]), forecast, 0)
     assert told.startswith("6.0% at best, after 10 s; its largest part is noise, 4.0%; ")
 
 
@@ -193,7 +195,7 @@ def test_a_reason_without_a_flag_ends_in_words() -> None:
     search = SimpleNamespace(limits=SteeringLimits(angle=0.3), reached_with=lambda *_, **__: False)
     forecast = SimpleNamespace(best=lambda _: None, allowed=lambda _: 1, torque=np.zeros(1), status=[0])
 
-    assert _Search.unreached(search, 0.8, None, forecast, 0).endswith("twice as wide, would do")
+    assert _PathSearch.unreached_text(search, 0.8, None, forecast, 0).endswith("twice as wide, would do")
 
 
 @pytest.mark.parametrize(
@@ -223,7 +225,7 @@ def test_the_deviation_shown_where_a_target_is_reached_is_usable_and_within_it(a
 
     assert told.reasons == ()
     for at, forecast in zip(told.reached, told.forecasts, strict=True):
-        assert forecast.deviations(np.inf)[at] <= 0.15
+        assert forecast.usable_deviations(np.inf)[at] <= 0.15
 
 
 @pytest.mark.long

@@ -108,7 +108,7 @@ def test_resumed_it_keeps_its_limits(acquiring: Ekf) -> None:
     for _ in range(60):
         first = bounds(0.1)
     assert first == pytest.approx((-0.2, 0.4))
-    probe.resume()
+    probe.restart_advice()
     assert bounds(0.16) == first
     probe.reset()
     assert np.isnan(probe._bounds).all()
@@ -146,32 +146,34 @@ def test_an_estimate_that_moved_by_more_than_its_deviation_is_believed_half_as_m
     later = replace(known, mu=0.75, mu_std=0.012 * 0.75, status=Status.USED)
     probe._travel = 0.1
 
-    assert not probe._known(first, tracked())
-    assert not probe._known(later, tracked())
+    assert not probe._is_target_reached(first, tracked())
+    assert not probe._is_target_reached(later, tracked())
     probe._travel = 0.149
-    assert not probe._known(later, tracked())
+    assert not probe._is_target_reached(later, tracked())
     probe._travel = 0.151
-    assert probe._known(later, tracked())
+    assert probe._is_target_reached(later, tracked())
     probe.reset()
     # While friction is acquired it may move, and 2 % within 3 times 2 % is no movement.
-    assert not probe._known(first, tracked(acquiring=1.0))
-    assert probe._known(later, tracked())
+    assert not probe._is_target_reached(first, tracked(acquiring=1.0))
+    assert probe._is_target_reached(later, tracked())
     probe.reset()
-    assert not probe._known(replace(first, mu=0.735, mu_std=0.02 * 0.735), tracked())
-    assert probe._known(later, tracked())
+    assert not probe._is_target_reached(replace(first, mu=0.735, mu_std=0.02 * 0.735), tracked())
+    assert probe._is_target_reached(later, tracked())
 
 
 def test_what_the_stiffness_adds_no_steering_of_this_run_lowers(acquiring: Ekf) -> None:
     probe, sample = Probe(acquiring, 0.05, LIMITS), Sample(psi=0.0, psi_dot=0.0, F_N=LOAD, dt=0.01)
 
-    assert probe._floor(sample, acquiring.prior, tracked(excess=0.03, phase=OVER)) == ""
+    assert (
+        probe._irreducible_reason_text(sample, acquiring.prior, tracked(excess=0.03, phase=OVER)) == ""
+    )
     assert (
         "5.0% of mu cannot be reached in this run: by its estimate 6.8% remains, most of it by a"
         " stiffness that is not the declared one, or not known better; begin anew"
-        in probe._floor(sample, acquiring.prior, tracked(excess=0.06, phase=OVER))
+        in probe._irreducible_reason_text(sample, acquiring.prior, tracked(excess=0.06, phase=OVER))
     )
     # While the search for the torque's scale goes on, it may still fall.
-    assert probe._floor(sample, acquiring.prior, tracked(excess=0.06)) == ""
+    assert probe._irreducible_reason_text(sample, acquiring.prior, tracked(excess=0.06)) == ""
 
 
 @pytest.mark.parametrize(
@@ -206,7 +208,7 @@ def test_what_this_load_keeps_out_of_reach_stops_the_first_sample(acquiring: Ekf
     assert advice.psi == sample.psi
     assert "by any steering: 24.9% remains, most of it by dry friction" in advice.reason
     # An estimate beyond the prior may do with what no friction of the prior allows.
-    assert "by any steering: dry friction alone leaves 24.7%" in probe._follow(sample)
+    assert "by any steering: dry friction alone leaves 24.7%" in probe._update_progress(sample)
 
 
 def test_it_waits_for_the_observer(acquiring: Ekf) -> None:

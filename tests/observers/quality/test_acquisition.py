@@ -18,17 +18,17 @@ from observers.quality.hysteresis_branches import (
     PATHS,
     POINTS,
     TRACK,
+    build_all_branches_update,
     build_branch_torque,
-    build_track_update,
 )
 from observers.quality.mu_over_k_hypotheses import (
     SETTINGS,
     build_hypothesis_search_start,
     build_one_hypothesis_update,
-    factor_name,
+    entry_name,
     hypothesis_fields,
     hypothesis_states,
-    variance_of,
+    hypothesis_variance,
 )
 from observers.tuning import Tuning, tuning_with_tolerances
 from reference_rig import (
@@ -64,13 +64,13 @@ def test_a_hypothesis_is_linear_least_squares() -> None:
     information = H.T @ H / variance + np.diag([1 / 0.25, 1 / 0.04, 1 / 100.0])
     covariance = np.linalg.inv(information)
     mean = covariance @ (H.T @ measured / variance + np.array([0.0, 0.0, 1 / 100.0]))
-    factor = np.array([[found.get(factor_name(one, other), 0.0) for other in order] for one in order])
+    factor = np.array([[found.get(entry_name(one, other), 0.0) for other in order] for one in order])
     np.testing.assert_allclose([found[name] for name in order], mean, rtol=1e-9)
     np.testing.assert_allclose(covariance_of(factor), covariance, rtol=1e-9)
-    variances = [variance_of(found, name) for name in order]
+    variances = [hypothesis_variance(found, name) for name in order]
     np.testing.assert_allclose(variances, np.diag(covariance), rtol=1e-9)
     given_gain = np.linalg.inv(information[:2, :2])[1, 1]
-    assert variance_of(found, "zero", given=("gain",)) == pytest.approx(given_gain, rel=1e-9)
+    assert hypothesis_variance(found, "zero", given=("gain",)) == pytest.approx(given_gain, rel=1e-9)
 
 
 def test_a_twist_that_moves_no_torque_any_more_leaves_the_zero_known() -> None:
@@ -81,7 +81,7 @@ def test_a_twist_that_moves_no_torque_any_more_leaves_the_zero_known() -> None:
         part = build_one_hypothesis_update()(part, 5.0 * sign, 5.0 * sign + 2e-3, 5.0 * sign, 0.1, 1.0)
     found = dict(zip(names, np.array(part).ravel(), strict=True))
 
-    assert variance_of(found, "zero") < 0.1
+    assert hypothesis_variance(found, "zero") < 0.1
     assert found["left"] < 0.1
 
 
@@ -109,7 +109,7 @@ def test_branches_add_up_to_fine_bristles(before: float) -> None:
     points: Any = np.zeros((POINTS, PATHS))
     order, found = np.arange(POINTS), []
     for angle, torque in zip(psi, torques, strict=True):
-        track, points, turns, _ = build_track_update()(track, points, angle, torque, 1.0, 1e-9, 1)
+        track, points, turns, _ = build_all_branches_update()(track, points, angle, torque, 1.0, 1e-9, 1)
         tyres, turned = np.tile([[K], [0.045], [0.009]], POINTS), turns[:, int(before != 0)].T
         branches = build_branch_torque().map(POINTS)(turned, order[None], mu, load, tyres)
         found.append(float(np.sum(branches.full())))

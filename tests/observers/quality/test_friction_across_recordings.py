@@ -48,9 +48,9 @@ def test_more_recordings_that_scatter_alike_narrow_the_band() -> None:
     friction = ground_friction([0.9, 1.0, 1.1], [0.05] * 3)
     # Student's t of five degrees of freedom at 97.5 % is 2.57058.
     six = np.hypot(2.57058 * 0.1 * np.sqrt(7 / 6), 1.96 * 0.05)
-    assert friction.further_with(6) == pytest.approx(six, rel=1e-5)
-    assert friction.further_with(3) == pytest.approx(friction.further)
-    assert np.isnan(ground_friction([0.9, 1.1], [0.05] * 2).further_with(6))
+    assert friction.further_half_width(6) == pytest.approx(six, rel=1e-5)
+    assert friction.further_half_width(3) == pytest.approx(friction.further)
+    assert np.isnan(ground_friction([0.9, 1.1], [0.05] * 2).further_half_width(6))
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -59,26 +59,28 @@ def test_the_ratio_of_grounds_has_the_band_of_welchs_test(seed: int) -> None:
     one, other = 1 + 0.1 * draw.normal(size=4), 1.15 + 0.03 * draw.normal(size=6)
     first, second = (ground_friction(v.tolist(), [0.05] * v.size) for v in (one, other))
     for comparisons in (1, 3):
-        ratio, half = first.over(second, comparisons)
+        ratio, half = first.ratio_to(second, comparisons)
         welch = ttest_ind(one, ratio * other, equal_var=False)
         interval = welch.confidence_interval(1 - 0.05 / comparisons)
         assert ratio == pytest.approx(one.mean() / other.mean())
         assert half * other.mean() == pytest.approx(interval.high)
     scaled = [ground_friction((0.7 * v).tolist(), [0.05] * v.size) for v in (one, other)]
-    assert scaled[0].over(scaled[1]) == pytest.approx(first.over(second)), "a shared factor cancels"
+    assert scaled[0].ratio_to(scaled[1]) == pytest.approx(first.ratio_to(second)), (
+        "a shared factor cancels"
+    )
 
 
 def test_the_band_of_a_ratio_holds_it_as_often_as_it_says() -> None:
     draw, held = np.random.default_rng(3), []
     for _ in range(2000):
         one, other = 1.2 + 0.08 * draw.normal(size=3), 1 + 0.04 * draw.normal(size=3)
-        ratio, half = ground_friction(one.tolist(), [0.0] * 3).over(
+        ratio, half = ground_friction(one.tolist(), [0.0] * 3).ratio_to(
             ground_friction(other.tolist(), [0.0] * 3)
         )
         held.append(abs(ratio - 1.2) <= half)
     assert 0.94 <= np.mean(held) <= 0.98
     like = ground_friction([1.0] * 3, [0.0] * 3)
-    assert like.over(like) == (1.0, 0.0)
+    assert like.ratio_to(like) == (1.0, 0.0)
 
 
 def test_an_order_is_as_likely_as_among_all_orders() -> None:

@@ -11,9 +11,9 @@ from observers.measurement.directional_friction import EXCHANGED
 from observers.quality.friction_change_detection import (
     REFERENCE,
     STEADY_WALK,
-    has_changed,
-    predict_reference,
-    reset_reference,
+    has_friction_changed,
+    predict_reference_friction,
+    reset_reference_friction,
     update_change_statistic,
 )
 from observers.quality.innovation_alarms import FORGETTING_SAMPLES
@@ -35,19 +35,19 @@ def test_ratio_is_that_of_gaussian_densities() -> None:
     ratio = (about @ inverse @ about - rest @ inverse @ rest) / 2
 
     for alarm, expected in ((0.999 * ratio, 1), (1.001 * ratio, 0)):
-        assert float(has_changed(kept, Tuning(alarm=alarm).vector)) == expected
-    assert not float(has_changed(kept, Tuning(alarm=np.inf).vector))
+        assert float(has_friction_changed(kept, Tuning(alarm=alarm).vector)) == expected
+    assert not float(has_friction_changed(kept, Tuning(alarm=np.inf).vector))
 
 
 def test_a_reference_is_held_in_a_stroke_corrected_at_its_end_and_begins_anew_after_a_reset() -> None:
     now = np.zeros(len(CLEAN))
     now[CLEAN.index("dt")] = 0.1
-    first = predict_reference(ca.DM.zeros(len(REFERENCE)), 0.3, 0.04, now)
+    first = predict_reference_friction(ca.DM.zeros(len(REFERENCE)), 0.3, 0.04, now)
     after = update_change_statistic(first, 0.2, 1.0, 25.0, 1.0)
     now[CLEAN.index(EXCHANGED)] = 1
-    turned = predict_reference(reset_reference(after, 0), -0.5, 0.09, now)
-    back = predict_reference(reset_reference(turned, 0), 9.0, 9.0, now)
-    anew = predict_reference(reset_reference(after, 1), 0.7, 0.5, np.zeros(len(CLEAN)))
+    turned = predict_reference_friction(reset_reference_friction(after, 0), -0.5, 0.09, now)
+    back = predict_reference_friction(reset_reference_friction(turned, 0), 9.0, 9.0, now)
+    anew = predict_reference_friction(reset_reference_friction(after, 1), 0.7, 0.5, np.zeros(len(CLEAN)))
 
     assert [float(turned[name]) for name in ("reference", "variance")] == pytest.approx([-0.5, 0.09])
     # Of equal variances, half of the difference and half of the variance, which walks on.

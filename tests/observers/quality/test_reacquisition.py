@@ -18,7 +18,7 @@ from observers.quality.acquisition import (
     EquivalentPatch,
     build_acquisition_decision,
 )
-from observers.quality.acquisition_and_tracking import MAY_HAVE_MOVED, _known_before
+from observers.quality.acquisition_and_tracking import MAY_HAVE_MOVED, _search_restart_moments
 from observers.quality.hypotheses_verdict import VERDICT
 from observers.quality.hysteresis_branches import TRACK, build_new_ground_branches
 from observers.quality.innovation_attribution import IN_A_ROW, smoothed_innovation
@@ -142,8 +142,10 @@ def test_where_an_innovation_lasted_scale_and_zero_may_have_moved(
     given = {name: ca.DM(value) for name, value in own.items()}
     verdict = ca.DM([0.2 * (name == "log_gain") for name in VERDICT])
     known = given, verdict, ca.DM(1), ca.DM(0), 1.5
-    gain, gain_std, _, zero_std = _known_before(*known, "M_z")
-    assert float(_known_before(*known, "")[1]) == RESTART_STD, "on ice a steering torque tells no s anew"
+    gain, gain_std, _, zero_std = _search_restart_moments(*known, "M_z")
+    assert float(_search_restart_moments(*known, "")[1]) == RESTART_STD, (
+        "on ice a steering torque tells no s anew"
+    )
 
     assert float(gain) == pytest.approx(np.exp(0.2))
     assert float(gain_std) == pytest.approx(times * RESTART_STD)

@@ -133,7 +133,7 @@ def test_a_torque_near_the_declared_range_is_left_out(samples: list[Sample]) -> 
 
     assert [Status.IMPLAUSIBLE in status for status in seen] == [False, False, True, True]
     assert observer.screened_step is other.screened_step
-    assert make(Ekf, rig=EXACT_RIG).sample_limits == Tuning().limits
+    assert make(Ekf, rig=EXACT_RIG).sample_limits == Tuning().sensor_limits
     lower = make(Ekf, rig=replace(EXACT_RIG, range=10.0), torque_limit=3.0)
     assert lower.sample_limits[3] == 3.0
 

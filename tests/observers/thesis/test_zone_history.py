@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 
 from identification import read_recording
-from identification.thesis.published_estimate import aligned, author_estimate_file, read_author_estimate
+from identification.thesis.published_estimate import (
+    author_estimate_file,
+    begin_of_part,
+    read_author_estimate,
+)
 from observers import zone_history
 from symbolic.patch_interface import PatchInputs
 from symbolic.zone_patch import ZonePatch
@@ -77,7 +81,7 @@ def test_the_author_counts_the_same(measured_dir: Path) -> None:
     for file in sorted(measured_dir.glob("*.mat")):
         recording = read_recording(file)
         author = read_author_estimate(author_estimate_file(measured_dir, file.stem))
-        first = aligned(recording.psi, author.psi)
+        first = begin_of_part(recording.psi, author.psi)
         same = slice(first, first + author.psi.size)
         made = zone_history(recording.psi)
         zones = (made.zones[same] == author.zones).mean()

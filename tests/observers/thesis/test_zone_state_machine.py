@@ -12,7 +12,7 @@ from scipy.integrate import quad
 from observers.thesis.zone_state_machine import (
     ZoneState,
     advance_zones,
-    turns_on_branch,
+    turns_from_rest_and_reversal,
     zone_torque_curve,
 )
 from symbolic import Rig
@@ -144,7 +144,9 @@ def test_torque_is_the_integral_of_deformation(e: float, turn: float, back: floa
     state = ZoneState(extreme=psi_max, psi_max=psi_max, zones=3 if back is None else 5)
     psi = psi_max if back is None else back * psi_max
 
-    made, _ = zone_torque_curve(turns_on_branch(state, psi), LOAD, tyre.k, Rig(a=tyre.a, e=e))(tyre.mu)
+    made, _ = zone_torque_curve(
+        turns_from_rest_and_reversal(state, psi), LOAD, tyre.k, Rig(a=tyre.a, e=e)
+    )(tyre.mu)
 
     expected = Printed(psi, None if back is None else psi_max, tyre).torque()
     assert made == pytest.approx(expected, rel=1e-9, abs=1e-9)

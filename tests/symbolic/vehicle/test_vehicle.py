@@ -12,7 +12,10 @@ from symbolic import InvalidInputError, Rig, Vehicle, VehicleTolerances, rig_of,
 from symbolic.masing import virgin_torque
 from symbolic.parameters import EVEN
 from symbolic.patch_moment import full_slide_arm
-from symbolic.vehicle.contact_about_kingpin import contact_offset_from_kingpin, growth_to_full_lock
+from symbolic.vehicle.contact_about_kingpin import (
+    contact_growth_at_full_lock,
+    contact_offset_from_kingpin,
+)
 from symbolic.vehicle.mean_wheel import (
     aligning_torque_with_friction,
     equivalent_contact_angle,
@@ -20,11 +23,11 @@ from symbolic.vehicle.mean_wheel import (
 )
 from symbolic.vehicle.steering import (
     jacking_torque,
-    lever,
-    mean_angle,
-    pinion_of_rack,
+    mean_wheel_angle,
+    pinion_angle_from_rack,
+    rack_and_gain,
     rack_force,
-    rack_of_pinion,
+    rack_lever,
     rack_position,
 )
 from tests.refusal import refused
@@ -120,10 +123,10 @@ def test_tolerances_of_a_file_are_shares() -> None:
 
 def test_the_lever_is_the_derivative_of_the_angle() -> None:
     s, step = np.linspace(-0.07, 0.07, 15), 1e-6
-    by_differences = 2 * step / (mean_angle(CAR, s + step) - mean_angle(CAR, s - step))
+    by_differences = 2 * step / (mean_wheel_angle(CAR, s + step) - mean_wheel_angle(CAR, s - step))
 
-    np.testing.assert_allclose(lever(CAR, s), by_differences, rtol=1e-6)
-    assert lever(CAR, CAR.rack_travel) == pytest.approx((1 - CAR.lever_loss) * CAR.steering_arm)
+    np.testing.assert_allclose(rack_lever(CAR, s), by_differences, rtol=1e-6)
+    assert rack_lever(CAR, CAR.rack_travel) == pytest.approx((1 - CAR.lever_loss) * CAR.steering_arm)
 
 
 @pytest.mark.parametrize("psi", [-0.5, 0.2, 0.6])
@@ -149,11 +152,11 @@ def test_where_a_wheel_stands(side: int) -> None:
 
 def test_upright_kingpins_turn_the_contact_alike_everywhere() -> None:
     upright = replace(CAR, inclination=0.0, caster=0.0)
-    growth = growth_to_full_lock(upright, brakes=True)
+    growth = contact_growth_at_full_lock(upright, brakes=True)
 
     assert (growth.torque, growth.stiffness) == pytest.approx((0.0, 0.0), abs=1e-12)
     assert equivalent_contact_angle(upright, 0.4, brakes=True) == pytest.approx(0.4)
-    assert growth_to_full_lock(CAR, brakes=True).torque > 0.05
+    assert contact_growth_at_full_lock(CAR, brakes=True).torque > 0.05
 
 
 @pytest.mark.parametrize("turn", [0.005, 0.02, 0.05, 0.1, 0.3])
@@ -163,14 +166,14 @@ def test_one_line_turns_as_hard_as_a_contact(turn: float, scrub_radius: float) -
     car = replace(CAR, trail=0.0, scrub_radius=scrub_radius, inclination=0.0, caster=0.0)
     rig, tyre = rig_of(car, brakes=True)
     x, y = rng.uniform(-1, 1, (2, 200_000))
-    arm = np.hypot(car.a * x, car.width / 2 * y + scrub_radius)
+    arm = np.hypot(car.a * x, car.patch_width / 2 * y + scrub_radius)
     # 7/5 and 9/8 make the mean pressure that of the load; shoulders bear less.
     limit = mu * 63 / 40 * (1 - np.abs(x) ** 2.5) * (1 - y**8) * car.wheel_load
-    limit /= 2 * car.a * car.width
+    limit /= 2 * car.a * car.patch_width
     # Rods, joints and suspension take a tenth of the stiffness.
-    stress = np.minimum(0.9 * car.k / car.width * arm * turn, limit)
-    expected = float((stress * arm).mean() * 2 * car.a * car.width)
-    slide = float((limit * arm).mean() * 2 * car.a * car.width)
+    stress = np.minimum(0.9 * car.k / car.patch_width * arm * turn, limit)
+    expected = float((stress * arm).mean() * 2 * car.a * car.patch_width)
+    slide = float((limit * arm).mean() * 2 * car.a * car.patch_width)
     found = -float(virgin_torque(turn, car.wheel_load, mu, tyre.k, rig.a, rig.e))
 
     assert found == pytest.approx(expected, abs=0.015 * slide)
@@ -183,11 +186,11 @@ def test_tolerances_reach_the_wheel() -> None:
     k, identified = rig_of(sure)[1].k, rig_of(replace(sure, slide_factor=1.0))[0].tolerances
 
     assert isinstance(rig_of(CAR)[0], Rig)
-    assert wide.of("load") > 0.1 > narrow.of("load")
+    assert wide.tolerance_or_zero("load") > 0.1 > narrow.tolerance_or_zero("load")
     # Rods and suspension take more or less of it, by 10 % as a standard deviation.
-    assert narrow.of("k") == pytest.approx(0.1 / EVEN * k, rel=0.05)
-    assert wide.of("k") > 1.5 * narrow.of("k")
-    assert identified.of("k") == 0, "the measured one has them in it"
+    assert narrow.tolerance_or_zero("k") == pytest.approx(0.1 / EVEN * k, rel=0.05)
+    assert wide.tolerance_or_zero("k") > 1.5 * narrow.tolerance_or_zero("k")
+    assert identified.tolerance_or_zero("k") == 0, "the measured one has them in it"
 
 
 @pytest.mark.parametrize("half_length", [None, 0.05])
@@ -236,16 +239,16 @@ def test_a_ratio_that_varies() -> None:
         CAR, rack_by_handwheel=pairs, torsion_bar=100.0, motor_ratio=20.0, motor_efficiency=0.5
     )
     angles = np.array([-7.0, -4.0, -1.5, -1e-3, 0.0, 1.0, 2.0, 3.0, 4.0, 4.1, 50.0])
-    ways, gains = rack_of_pinion(car, angles)
+    ways, gains = rack_and_gain(car, angles)
 
     assert ways[[1, 4, 5, 6, 8]] == pytest.approx([-0.042, 0.0, 0.008, 0.018, 0.042])
     # Straight on beyond the last pair, 12 mm a radian, and alike to the right.
     assert ways[[0, 9, 10]] == pytest.approx([-0.078, 0.0432, 0.594])
     assert gains[[0, 4, 8, 10]] == pytest.approx([0.012, 0.008, 0.012, 0.012])
-    step = (rack_of_pinion(car, angles + 1e-6)[0] - rack_of_pinion(car, angles - 1e-6)[0]) / 2e-6
+    step = (rack_and_gain(car, angles + 1e-6)[0] - rack_and_gain(car, angles - 1e-6)[0]) / 2e-6
     assert gains == pytest.approx(step, rel=1e-4)
-    assert pinion_of_rack(car, ways) == pytest.approx(angles, abs=1e-6)
-    assert np.isnan(rack_of_pinion(car, np.array([np.nan]))).all()
+    assert pinion_angle_from_rack(car, ways) == pytest.approx(angles, abs=1e-6)
+    assert np.isnan(rack_and_gain(car, np.array([np.nan]))).all()
     assert rack_force(car, 2.4, 1.0, 5.0) == pytest.approx(2.4 / 0.012 + 10.0 / 0.008)
     assert "angle of the pinion" in refused(rack_force, car, 2.0)
     one = replace(CAR, rack_by_handwheel=np.array([[1.0, 0.01]]))  # type: ignore[arg-type]

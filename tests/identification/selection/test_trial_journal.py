@@ -12,8 +12,8 @@ import pytest
 
 from identification import Journal, Recording, search
 from identification.fits.loss import Huber
-from identification.selection.journal import DIGEST
 from identification.selection.trial import RANKING, Trial, TrialTask, run_trial
+from identification.selection.trial_journal import DIGEST
 from symbolic import Effect, Parameter, Signals, effects_named
 from symbolic.effects.base import Expression, Values
 from tests.identification.factories import with_torque

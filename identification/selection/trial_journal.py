@@ -48,12 +48,12 @@ class Journal:
         path = self._path(task)
         try:
             content = path.read_bytes()
-            if content[:DIGEST] != _seal(path, content[DIGEST:]):
+            if content[:DIGEST] != _trial_digest(path, content[DIGEST:]):
                 return None
             with np.load(io.BytesIO(content[DIGEST:]), allow_pickle=False) as kept:
                 arrays = {name: kept[name] for name in kept.files}
             texts = json.loads(str(arrays.pop("texts")))
-            fitted, *held_out = [_fit(task, text, arrays, i) for i, text in enumerate(texts)]
+            fitted, *held_out = [_restore_fit(task, text, arrays, i) for i, text in enumerate(texts)]
             return trial_of(task, fitted, held_out[0] if task.holdout else None)
         except Exception:  # a damaged file may raise anything
             return None
@@ -74,7 +74,7 @@ class Journal:
         stage = path.with_name(f"{secrets.token_hex(4)}.part")
         try:
             self.folder.mkdir(exist_ok=True)
-            stage.write_bytes(_seal(path, content.getvalue()) + content.getvalue())
+            stage.write_bytes(_trial_digest(path, content.getvalue()) + content.getvalue())
             stage.replace(path)
         except OSError as error:
             with suppress(OSError):
@@ -97,7 +97,7 @@ def _key(task: TrialTask) -> str:
     digest = hashlib.sha256(json.dumps(plain, sort_keys=True).encode())
     for effect in task.effects or (None,):
         alone = (effect,) if effect else ()
-        digest.update(_behaviour(model_of(alone, task.precision)))
+        digest.update(_serialised_model(model_of(alone, task.precision)))
     for place in (task.training, task.holdout):
         digest.update(b"|")
         for recording in place:
@@ -106,12 +106,12 @@ def _key(task: TrialTask) -> str:
 
 
 @cache
-def _behaviour(model: Model) -> bytes:
+def _serialised_model(model: Model) -> bytes:
     """What a model does; for one effect a time, as its Functions take longer than all else of a key."""
     return b"".join(function.serialize().encode() for function in (model.initial, model.step))
 
 
-def _seal(path: Path, content: bytes) -> bytes:
+def _trial_digest(path: Path, content: bytes) -> bytes:
     """Digest of a trial and of the task that it is of."""
     return hashlib.sha256(path.stem.encode() + content).digest()
 
@@ -128,7 +128,7 @@ def _digest(recording: Recording) -> bytes:
     return digest.digest()
 
 
-def _fit(task: TrialTask, text: Mapping[str, Any], arrays: Mapping[str, Any], i: int) -> Fit:
+def _restore_fit(task: TrialTask, text: Mapping[str, Any], arrays: Mapping[str, Any], i: int) -> Fit:
     prefix = f"{i}/residual/"
     return Fit(
         model=model_of(task.effects, task.precision),

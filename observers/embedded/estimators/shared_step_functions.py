@@ -53,7 +53,9 @@ def function_of_symbols(name: str, inputs: Sequence[ca.MX], **outputs: ca.MX) ->
     return named_function(name, {symbol.name(): symbol for symbol in inputs}, columns)
 
 
-def begin_estimator(name: str, patch: PatchCode, parts: Layout, names: Mapping[str, str]) -> ca.Function:
+def initial_state_parts(
+    name: str, patch: PatchCode, parts: Layout, names: Mapping[str, str]
+) -> ca.Function:
     """(sample, constants) -> parts of the state before a first sample, by their names as outputs."""
     start = build_initial_state(patch.torque_model, patch.observer.measurement_model, parts)
     sample, constants = (ca.MX.sym(start.name_in(i), start.numel_in(i)) for i in range(2))
@@ -73,7 +75,7 @@ def clean_and_patch_signals(observer: ModelObserver) -> list[ca.Function]:
     ]
 
 
-def retentions(
+def sensitivity_retentions(
     observer: ModelObserver,
     constants: ConstantSubstitution,
     factor: ca.MX,
@@ -106,7 +108,7 @@ def retentions(
     function = function_of_symbols(
         "retentions", [factor, last, now, *mu, rig, tuning], retention=ca.vertcat(ca.vec(walk), change)
     )
-    return constants.fill("retentions", function)
+    return constants.substitute_constants("retentions", function)
 
 
 def effective_friction(patch: PatchCode) -> ca.Function:
@@ -114,13 +116,13 @@ def effective_friction(patch: PatchCode) -> ca.Function:
     model, rig = patch.torque_model, patch.observer.rig
     mu, std, F_N = ca.MX.sym("mu"), ca.MX.sym("mu_std"), ca.MX.sym("F_N")
     slide = ca.MX.sym("slide", 2)
-    memory = model.layout.join(memory_with_slide_only(patch, slide))
+    memory = model.memory_layout.join(memory_with_slide_only(patch, slide))
     given = (mu, std, memory, F_N, ca.DM.ones(len(DECLARED)), ca.DM([rig.a, rig.e]), 0.0)
     friction = outputs_of(build_effective_friction(model), *given)
     return function_of_symbols("effective_friction", [mu, std, F_N, slide], **friction).expand()
 
 
-def stiffness_ratio(model: MeasurementModel, x: str) -> str:
+def stiffness_ratio_c(model: MeasurementModel, x: str) -> str:
     """C of k over its nominal value at states x."""
     return f"{x}[{state_index(model, 'stiffness')}]" if "stiffness" in model.states else "1.0"
 
@@ -128,7 +130,7 @@ def stiffness_ratio(model: MeasurementModel, x: str) -> str:
 def memory_with_slide_only(patch: PatchCode, slide: ca.MX) -> dict[str, ca.MX]:
     """A memory of the linearised patch of which only the slide is known."""
     known = dict(zip(("slide", "beside"), ca.vertsplit(slide), strict=True))
-    return {name: known.get(name, ca.MX(0)) for name, _, _ in patch.torque_model.layout.fields}
+    return {name: known.get(name, ca.MX(0)) for name, _, _ in patch.torque_model.memory_layout.fields}
 
 
 @cache
@@ -138,7 +140,7 @@ def motion_depends_on_patch_torque(model: MeasurementModel) -> bool:
 
 
 @cache
-def stored_rows(model: MeasurementModel) -> tuple[str, ...]:
+def stored_fields(model: MeasurementModel) -> tuple[str, ...]:
     """Those of `ROWS` that the terms of a window depend on: what C stores of a sample."""
     forward = build_filter_step(model)
     used = {ROWS.index(name) for name in ("F_N", "dt", "accepted", "jump")}

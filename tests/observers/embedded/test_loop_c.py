@@ -7,8 +7,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from observers.embedded.rolled_c import rolled_c
-from observers.embedded.rolled_values import Known
+from observers.embedded.loop_c import c_function_with_loops
+from observers.embedded.loop_values import Known
 from observers.quality.hypotheses_verdict import build_hypotheses_verdict
 from observers.quality.mu_over_k_hypotheses import RATIOS, SETTINGS, hypothesis_fields
 from symbolic import BrushgripError, compiler
@@ -28,7 +28,7 @@ HEAD = """#include <math.h>
 
 def compiled(function: ca.Function, count: int, folder: Path, known: Known | None = None) -> ctypes.CDLL:
     """The C of a Function, as a library with `rolled`."""
-    text = rolled_c("rolled", function, count, "double", known or {})
+    text = c_function_with_loops("rolled", function, count, "double", known or {})
     (folder / "rolled.c").write_text(HEAD + text.removeprefix("static "), "utf-8")
     command = [str(compiler()), "-std=c99", "-Wall", "-Wextra", "-Werror", "-O1", "-fPIC", "-shared"]
     compile_once([*command, "rolled.c", "-o", "rolled.so", "-lm"], folder, "rolled.so")
@@ -98,7 +98,7 @@ def test_of_a_choice_c_computes_one_value() -> None:
     either = ca.Function("either", [x], [ca.if_else(x > 1, ca.sqrt(x), ca.sin(x))], ["x"], ["y"])
 
     assert "y[0] = t0 ? sqrt(x) : sin(x);" in c_function("either", either, "double")
-    assert "!" not in rolled_c("weighted", weighted(), COUNT, "double", {})
+    assert "!" not in c_function_with_loops("weighted", weighted(), COUNT, "double", {})
 
 
 def test_what_cannot_be_rolled_is_told() -> None:
@@ -106,4 +106,4 @@ def test_what_cannot_be_rolled_is_told() -> None:
     function = ca.Function("norm", [rows], [ca.norm_fro(rows)], ["rows"], ["result"])
 
     with pytest.raises(BrushgripError, match="cannot be rolled"):
-        rolled_c("norm", function, COUNT, "double", {})
+        c_function_with_loops("norm", function, COUNT, "double", {})

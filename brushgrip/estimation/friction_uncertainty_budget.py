@@ -40,7 +40,7 @@ STANDS = (
 """What friction of a car without a speed rests on."""
 
 
-def friction_budget(
+def friction_uncertainty_budget(
     factory: ObserverFactory, recording: Recording, found: FoundModel | None, estimates: Estimates
 ) -> dict[str, float]:
     """Half of the 95 % band of mu_eff by cause at the last usable sample [1], which add up as squares.
@@ -69,7 +69,7 @@ def friction_budget(
     return {name: half * share for name, share in shares.items() if share > 0}
 
 
-def declared_values_in_words(vehicle: Vehicle, *, brakes: bool) -> str:
+def declared_uncertainty_text(vehicle: Vehicle, *, brakes: bool) -> str:
     """The declared values in mu with their standard deviations, and what narrows them most."""
     shares = friction_uncertainties(vehicle, brakes=brakes)
     values = {

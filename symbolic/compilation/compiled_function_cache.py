@@ -16,7 +16,7 @@ from typing import TypeVar
 import casadi as ca
 
 from symbolic.compilation.cache_folder import private_cache, reason_for_distrust, replacement_cache
-from symbolic.compilation.operating_system import COMPILERS, LIBRARY_SUFFIX, processor_description
+from symbolic.compilation.operating_system import COMPILERS, LIBRARY_SUFFIX, cpuinfo_value
 from symbolic.compilation.self_cleaning_folder import temporary_folder
 from symbolic.compilation.toolchain import compiler_command, found_compiler, run_compiler
 from symbolic.errors import one_line
@@ -84,12 +84,14 @@ def compiled(function: ca.Function, *, vectorised: bool = False) -> ca.Function:
                 " which is slow; BRUSHGRIP_INTERPRET=1 says that this is meant",
             )
         return function
-    flags = (*FLAGS, *VECTORISED) if vectorised and _accepts(command, VECTORISED) else FLAGS
+    flags = (
+        (*FLAGS, *VECTORISED) if vectorised and _compiler_accepts_flags(command, VECTORISED) else FLAGS
+    )
     generator = ca.CodeGenerator(f"{function.name()}.c")
     generator.add(function)
     load = partial(ca.external, function.name())
     try:
-        return _library(function.name(), generator.dump(), command, flags, load)
+        return _load_or_build_library(function.name(), generator.dump(), command, flags, load)
     except (OSError, subprocess.SubprocessError, RuntimeError) as error:
         reason = one_line(str(error).partition("\n")[0])
         line = f"models are not compiled ({reason}), and interpreted instead, which is slow"
@@ -104,17 +106,17 @@ def _warn_once(command: str, line: str) -> None:
 
 
 @cache
-def _accepts(command: str, flags: tuple[str, ...]) -> bool:
+def _compiler_accepts_flags(command: str, flags: tuple[str, ...]) -> bool:
     """Whether the compiler takes these flags beside the usual ones, tried once for a cache."""
     try:
-        _library("one", "int one(void) { return 1; }\n", command, (*FLAGS, *flags), str)
+        _load_or_build_library("one", "int one(void) { return 1; }\n", command, (*FLAGS, *flags), str)
     except (OSError, subprocess.SubprocessError):
         return False
     return True
 
 
 @cache
-def _build_of(command: str) -> str:
+def _compiler_fingerprint(command: str) -> str:
     """Which build of a compiler a command runs, as another one may take other flags."""
     place = Path(shutil.which(command.split()[0]) or command).resolve()
     state = place.stat() if place.exists() else None
@@ -122,47 +124,49 @@ def _build_of(command: str) -> str:
 
 
 @cache
-def _processor() -> str:
+def _processor_fingerprint() -> str:
     """What -march=native stands for here, so that a cache shared by machines stays right."""
-    known = processor_description("flags") or processor_description("Features")
+    known = cpuinfo_value("flags") or cpuinfo_value("Features")
     return known or " ".join(platform.uname())
 
 
-def compiled_source(name: str, source: str) -> ctypes.CDLL | None:
+def compiled_c_library(name: str, source: str) -> ctypes.CDLL | None:
     """C source as a library, by the same cache; None where it cannot be compiled."""
     command = compiler()
     if command is None:
         return None
     sets = (*LOOPS, BRANCHES, WIDE), (*LOOPS, BRANCHES), LOOPS
-    known = (flags for flags in sets if _accepts(command, flags))
+    known = (flags for flags in sets if _compiler_accepts_flags(command, flags))
     flags = (*FLAGS, *next(known, ()))
     try:
-        return _library(name, source, command, flags, ctypes.CDLL)
+        return _load_or_build_library(name, source, command, flags, ctypes.CDLL)
     except (OSError, subprocess.SubprocessError) as error:
         _LOG.debug("brushgrip: %s is not compiled (%s)", name, error)
         return None
 
 
-def _library(
+def _load_or_build_library(
     name: str, source: str, command: str, flags: tuple[str, ...], load: Callable[[str], Loaded]
 ) -> Loaded:
     """Load a library of the cache; build it first where the cache has none that loads."""
-    text = "\0".join((source, command, _build_of(command), _processor(), *flags)).encode()
+    text = "\0".join(
+        (source, command, _compiler_fingerprint(command), _processor_fingerprint(), *flags)
+    ).encode()
     folder, stem = private_cache(), f"{name}_{_digest(text)}"
     for library in folder.glob(f"{stem}_*{LIBRARY_SUFFIX}"):
-        if _is_sound(library):
+        if _is_intact_and_private(library):
             try:
                 return load(str(library))
             except (RuntimeError, OSError):
                 pass  # Of another machine with the same processor, say.
         library.unlink(missing_ok=True)
     try:
-        library = _built(source, command, flags, folder / stem)
+        library = _build_library(source, command, flags, folder / stem)
     except OSError as error:
         if error.errno not in UNWRITABLE:
             raise
         own = replacement_cache(folder, f"cannot be written ({error.strerror})")
-        library = _built(source, command, flags, own / stem)
+        library = _build_library(source, command, flags, own / stem)
     try:
         return load(str(library))
     except (RuntimeError, OSError) as error:
@@ -170,7 +174,7 @@ def _library(
         raise OSError(f"what {command} makes cannot be loaded") from error
 
 
-def _built(source: str, command: str, flags: tuple[str, ...], stem: Path) -> Path:
+def _build_library(source: str, command: str, flags: tuple[str, ...], stem: Path) -> Path:
     """Build a library, which appears in the cache whole or not at all."""
     with temporary_folder(stem.parent) as folder:
         (folder / "function.c").write_text(source, "utf-8")
@@ -185,12 +189,12 @@ def _built(source: str, command: str, flags: tuple[str, ...], stem: Path) -> Pat
             return built.replace(final)
         except PermissionError:
             # On Windows nobody replaces what another process has loaded; it is the same.
-            if not _is_sound(final):
+            if not _is_intact_and_private(final):
                 raise
             return final
 
 
-def _is_sound(library: Path) -> bool:
+def _is_intact_and_private(library: Path) -> bool:
     """Whether a library of the cache is this user's alone, and what was built for its name."""
     stem, _, digest = library.stem.rpartition("_")
     try:

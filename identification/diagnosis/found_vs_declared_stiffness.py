@@ -10,16 +10,16 @@ from identification.reading.car_recordings import Standstills
 from identification.reading.declared_torques import JACKING
 from identification.reading.recordings import Recording
 from symbolic import USUAL, InvalidInputError
-from symbolic.tables.found_model import is_of_other_scale
-from symbolic.vehicle.contact_about_kingpin import growth_to_full_lock
-from symbolic.vehicle.steering import OF_LOCK, inclination_of_return, jacking_torque, lock_angle
+from symbolic.tables.found_model import is_stiffness_implausible
+from symbolic.vehicle.contact_about_kingpin import contact_growth_at_full_lock
+from symbolic.vehicle.steering import OF_LOCK, inclination_for_return_torque, jacking_torque, lock_angle
 
 OFF_STIFFNESS = "the fitted stiffness k is"
 """How the note on k beyond its tolerance begins."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class FoundStiffness:
+class StiffnessComparison:
     """The stiffness found beside the declared one, of the recording where it is farthest from that.
 
     Attributes:
@@ -43,24 +43,24 @@ class FoundStiffness:
         return self.found / self.declared if abs(self.found - self.declared) > within else 1.0
 
 
-def stiffness_of(k: float, recording: Recording) -> FoundStiffness:
+def compare_stiffness(k: float, recording: Recording) -> StiffnessComparison:
     """A found stiffness [N/m^2] beside that of a recording, with the usual tolerance for none."""
     declared, tolerance = recording.tyre.k, recording.rig.tolerances.k
     assumed = tolerance is None
     known = USUAL["k"] * declared if tolerance is None else tolerance
-    return FoundStiffness(found=float(k), declared=declared, tolerance=known, assumed=assumed)
+    return StiffnessComparison(found=float(k), declared=declared, tolerance=known, assumed=assumed)
 
 
-def stiffness_beside_declared(fitted: Fit, recordings: Sequence[Recording]) -> FoundStiffness:
+def compare_fitted_stiffness(fitted: Fit, recordings: Sequence[Recording]) -> StiffnessComparison:
     """That of these recordings."""
-    known = dict.fromkeys(stiffness_of(fitted.values.of(one)["k"], one) for one in recordings)
+    known = dict.fromkeys(compare_stiffness(fitted.values.of(one)["k"], one) for one in recordings)
     farthest = max(known, key=lambda one: abs(float(np.log(one.found / one.declared))))
     return replace(farthest, several=len(known) > 1)
 
 
 def farthest_stiffness_ratio(fitted: Fit, recordings: Sequence[Recording]) -> float:
     """That of these recordings which is farthest from 1 either way [1]."""
-    ratios = [stiffness_of(fitted.values.of(one)["k"], one).ratio for one in recordings]
+    ratios = [compare_stiffness(fitted.values.of(one)["k"], one).ratio for one in recordings]
     return max(ratios, key=lambda ratio: max(ratio, 1 / ratio))
 
 
@@ -71,7 +71,7 @@ def stiffness_note(k: float, recording: Recording) -> str:
     grows no faster than a. So a wrong a moves mu by the cube root of the ratio of k at most. What is in
     series with a car's tyres lowers k, and leaves full slide as it is.
     """
-    ratio, declared = stiffness_of(k, recording).ratio, recording.tyre.k
+    ratio, declared = compare_stiffness(k, recording).ratio, recording.tyre.k
     if ratio == 1:
         return ""
     factor = max(ratio, 1 / ratio)
@@ -91,11 +91,11 @@ def stiffness_note(k: float, recording: Recording) -> str:
         f" {factor ** (1 / 3):.2f} at most; if {like} really so {soft}, friction is as told; if the"
         f" angle reads too {low}, friction is that of {fast} turning"
     )
-    refused = is_of_other_scale(k, declared, recording.rig.tolerances.k)
+    refused = is_stiffness_implausible(k, declared, recording.rig.tolerances.k)
     return f"{note} (estimate refuses this model)" if refused else note
 
 
-def kingpin_of_return_torque(
+def kingpin_note_from_stiffness(
     car: Standstills, stiffness: float, std: float, share: float
 ) -> tuple[str, float | None]:
     """What a stiffness [N m/rad] beside this share of the declared return torque says of the kingpin.
@@ -103,7 +103,7 @@ def kingpin_of_return_torque(
     Then the inclination that makes it [rad], None where the declared one may.
     """
     vehicle, angle = car.vehicle, OF_LOCK * lock_angle(car.vehicle)
-    growth = growth_to_full_lock(vehicle, brakes=car.brakes[0]).torque * np.sin(angle) ** 2
+    growth = contact_growth_at_full_lock(vehicle, brakes=car.brakes[0]).torque * np.sin(angle) ** 2
     if not (declared := float(jacking_torque(vehicle, angle))):
         return "the declared kingpin makes no return torque: declare its inclination", None
     by_stiffness = angle * (1 + growth) / declared
@@ -113,7 +113,7 @@ def kingpin_of_return_torque(
         return f"{note}: within its tolerance, declare nothing", None
     note = f"{note}: beyond its tolerance"
     try:
-        inclination = round(inclination_of_return(vehicle, factor), 3)
+        inclination = round(inclination_for_return_torque(vehicle, factor), 3)
     except InvalidInputError as error:
         return f"{note}; {error}", None
     return f"{note}; inclination = {inclination:.3f} in the vehicle file makes it", inclination

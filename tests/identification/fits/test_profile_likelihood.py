@@ -5,10 +5,10 @@ import pytest
 from scipy.stats import chi2
 
 from identification import Fit, FitOptions, Recording, Values, fit, initial_guess
-from identification.fits import profile as profiling
+from identification.fits import profile_likelihood as profiling
 from identification.fits.covariance import standard_deviations
 from identification.fits.loss import Huber
-from identification.fits.profile import (
+from identification.fits.profile_likelihood import (
     CASTER,
     HALF_LENGTH,
     LIMIT,

@@ -17,7 +17,7 @@ AT_END, WANTED = "is at the end of its tolerance", "recordings want"
 """What the notes on declared values say."""
 
 
-class _WantedValue(NamedTuple):
+class _FittedDeclaredValue(NamedTuple):
     """What a recording wants in place of a declared value."""
 
     owner: str | None
@@ -33,18 +33,18 @@ class _WantedValue(NamedTuple):
         return round(self.value - self.off, 9) + 0.0
 
 
-def notes_on_declared_values(
+def notes_on_wrong_declared_values(
     fits: Sequence[Fit], estimates: Mapping[str, ParameterEstimate]
 ) -> list[str]:
     """Once what all recordings want, else each that a tolerance stops; `estimates` give deviations."""
-    wanted = [one for fitted in fits for one in _wanted_values(fitted, estimates)]
+    wanted = [one for fitted in fits for one in _fitted_declared_values(fitted, estimates)]
     count = len({name for fitted in fits for name in fitted.residuals})
     common = {}
     for name in dict.fromkeys(one.name for one in wanted):
         of_all = [one for one in wanted if one.name == name]
         # Shares of a car's torques are no values that anybody declares.
-        if name in TOLERATED and len(of_all) == count >= FEWEST_ALIKE and _is_common(of_all):
-            common[name] = _common_note(of_all)
+        if name in TOLERATED and len(of_all) == count >= FEWEST_ALIKE and _is_common_deviation(of_all):
+            common[name] = _common_deviation_note(of_all)
     ended = [one for one in wanted if one.at_end and one.name not in common]
     first = {one.name: one for one in reversed(ended)}
     single = [
@@ -60,13 +60,15 @@ def says_declared_value_is_off(note: str) -> bool:
     return AT_END in note or f" {WANTED} " in note
 
 
-def _wanted_values(fitted: Fit, estimates: Mapping[str, ParameterEstimate]) -> list[_WantedValue]:
+def _fitted_declared_values(
+    fitted: Fit, estimates: Mapping[str, ParameterEstimate]
+) -> list[_FittedDeclaredValue]:
     distances = np.abs(fitted.bound_distances).min(axis=0)
     columns = zip(
         fitted.labels, fitted.prior_weights, fitted.prior_steps * fitted.scales, distances, strict=True
     )
     return [
-        _WantedValue(
+        _FittedDeclaredValue(
             owner=owner,
             name=name,
             value=fitted.values.at((owner, name)),
@@ -79,7 +81,7 @@ def _wanted_values(fitted: Fit, estimates: Mapping[str, ParameterEstimate]) -> l
     ]
 
 
-def _is_common(wanted: Sequence[_WantedValue]) -> bool:
+def _is_common_deviation(wanted: Sequence[_FittedDeclaredValue]) -> bool:
     """Whether all are off one declared value the same way, each clearly, and agree on how far.
 
     The deviation of a recording that was left out of the fit does not count that of shared values.
@@ -90,7 +92,7 @@ def _is_common(wanted: Sequence[_WantedValue]) -> bool:
     return bool(one_declared and one_way and (np.abs(off) > std).all() and np.ptp(off) <= 2 * std.max())
 
 
-def _common_note(wanted: Sequence[_WantedValue]) -> str:
+def _common_deviation_note(wanted: Sequence[_FittedDeclaredValue]) -> str:
     one, value = wanted[0], float(np.mean([each.value for each in wanted]))
     unit, than = _unit(one.name), "more" if one.off > 0 else "less"
     # The tolerance draws what is found to what is declared.

@@ -55,13 +55,15 @@ class ProfiledParameter:
             owner = "all recordings" if self.recording is None else repr(self.recording)
             raise InvalidInputError(f"{self.name} is no parameter of {owner}") from None
 
-    def point(self, value: float, recordings: Sequence[Recording], values: Values) -> AxisPoint:
+    def recordings_and_values_at(
+        self, value: float, recordings: Sequence[Recording], values: Values
+    ) -> AxisPoint:
         """Recordings and parameters at a value."""
         return list(recordings), values.having({(self.recording, self.name): value})
 
 
 @dataclass(frozen=True, kw_only=True)
-class RigLength:
+class ProfiledRigLength:
     """A length of the rig, changed in every recording alike.
 
     The neutral value leaves the rig as declared; `lengths_at` gives the changed lengths by name.
@@ -81,7 +83,9 @@ class RigLength:
         """The value of the rig as declared."""
         return self.neutral
 
-    def point(self, value: float, recordings: Sequence[Recording], values: Values) -> AxisPoint:
+    def recordings_and_values_at(
+        self, value: float, recordings: Sequence[Recording], values: Values
+    ) -> AxisPoint:
         """Recordings with such a length, which then has no tolerance."""
         changed = []
         for recording in recordings:
@@ -91,12 +95,12 @@ class RigLength:
         return changed, values
 
 
-ProfileAxis = ProfiledParameter | RigLength
-HALF_LENGTH = RigLength(
+ProfileAxis = ProfiledParameter | ProfiledRigLength
+HALF_LENGTH = ProfiledRigLength(
     name="a over a as declared", unit="1", neutral=1.0, lengths_at=lambda rig, x: {"a": rig.a * x}
 )
 """The half-length of the patch, as a factor."""
-CASTER = RigLength(
+CASTER = ProfiledRigLength(
     name="e less e as declared", unit="m", neutral=0.0, lengths_at=lambda rig, x: {"e": rig.e + x}
 )
 """The caster length, as a shift [m]."""
@@ -166,19 +170,19 @@ def profile(
         raise InvalidInputError(f"the grid of {name} must be at least three increasing values")
 
     def fitted_at(value: float, near: Values) -> Fit:
-        changed, begin = axis.point(value, recordings, near)
+        changed, begin = axis.recordings_and_values_at(value, recordings, near)
         return fit(model, changed, begin, replace(options, fixed=(*options.fixed, *axis.fixed_labels)))
 
     first = int(np.argmin(np.abs(values - axis.initial(start))))
-    fits = dict(_walk(values, first, start, fitted_at))
-    _refine(fits, recordings, fitted_at)
+    fits = dict(_fit_along_grid(values, first, start, fitted_at))
+    _refine_around_minimum(fits, recordings, fitted_at)
     places = np.array(sorted(fits))
     ordered = [fits[place] for place in places]
     costs = np.array([one.cost(recordings) for one in ordered])
     best = int(np.argmin(costs))
     samples = effective_samples(ordered[best].residuals)
     deviance = samples * np.log(costs / costs[best])
-    paths = _paths(ordered)
+    paths = _parameters_along_profile(ordered)
     return Profile(
         name=name,
         unit=unit,
@@ -193,7 +197,9 @@ def profile(
     )
 
 
-def _walk(values: Array, first: int, start: Values, fitted_at: FittedAt) -> Iterator[tuple[float, Fit]]:
+def _fit_along_grid(
+    values: Array, first: int, start: Values, fitted_at: FittedAt
+) -> Iterator[tuple[float, Fit]]:
     """Fits along the grid, each begun where its neighbour ended."""
     middle = fitted_at(float(values[first]), start)
     yield float(values[first]), middle
@@ -205,7 +211,9 @@ def _walk(values: Array, first: int, start: Values, fitted_at: FittedAt) -> Iter
             yield value, fitted
 
 
-def _refine(fits: dict[float, Fit], recordings: Sequence[Recording], fitted_at: FittedAt) -> None:
+def _refine_around_minimum(
+    fits: dict[float, Fit], recordings: Sequence[Recording], fitted_at: FittedAt
+) -> None:
     """Insert fits nearer and nearer to the least cost."""
     costs = {value: fitted.cost(recordings) for value, fitted in fits.items()}
     for _ in range(REFINEMENTS):
@@ -247,7 +255,7 @@ def _interval(grid: Array, deviance: Array, at: int) -> tuple[float | None, floa
     return ends[0], ends[1]
 
 
-def _paths(fits: Sequence[Fit]) -> dict[str, Array]:
+def _parameters_along_profile(fits: Sequence[Fit]) -> dict[str, Array]:
     """Every free parameter along the fits; the mean over recordings where it belongs to a recording."""
     paths: dict[str, Array] = {}
     for name in dict.fromkeys(name for _, name in fits[0].labels):

@@ -21,7 +21,7 @@ from identification.fits.loss import LEAST_SQUARES, Loss, influence, rmse_of
 from identification.fits.options import FitOptions
 from identification.fits.parameter_values import Values, ground_of, initial_guess, rig_parameters
 from identification.reading.recordings import Recording
-from identification.selection.trial import RANKING, Trial, fit_own_parameters, model_of
+from identification.selection.trial import RANKING, Trial, fit_recording_parameters, model_of
 from identification.selection.trial_runner import TrialRunner, results_of
 from symbolic import ModelError, full_slide_torque
 from symbolic.float_array import Array
@@ -62,11 +62,13 @@ def model_error_on_unseen(
         spread=float(np.sqrt(np.mean(powers))),
         correlation_time=float(np.average(times, weights=weights)),
         relative=float(np.sqrt(np.mean(relative))),
-        friction_walk=_friction_walk(residuals, recordings),
+        friction_walk=_friction_random_walk_rate(residuals, recordings),
     )
 
 
-def _friction_walk(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -> float | None:
+def _friction_random_walk_rate(
+    residuals: Mapping[str, Array], recordings: Sequence[Recording]
+) -> float | None:
     """Change of ln of the friction level, measured torque over the model's, from slide to slide."""
     steps: list[float] = []  # Each over the root of the time between.
     for recording in recordings:
@@ -104,11 +106,11 @@ def declared_errors(
         r.name: friction_from_training(friction, training, r) if r.tyre.mu is None else r.tyre.mu
         for r in holdout
     }
-    unrefitted = _declared_residuals(on_fitted_ground(training, holdout), predicted)
+    unrefitted = _declared_residuals(on_training_grounds(training, holdout), predicted)
     return _errors(_declared_residuals(everything, friction), training, holdout, {}, unrefitted)
 
 
-def on_fitted_ground(training: Sequence[Recording], holdout: Sequence[Recording]) -> list[Recording]:
+def on_training_grounds(training: Sequence[Recording], holdout: Sequence[Recording]) -> list[Recording]:
     """The held-out recordings on a ground of training recordings; no friction is known of others."""
     grounds = {ground_of(recording) for recording in training}
     return [recording for recording in holdout if ground_of(recording) in grounds]
@@ -139,14 +141,14 @@ def _declared_residuals(
     }
 
 
-def errors_of(
+def torque_and_model_errors(
     trial: Trial,
     training: Sequence[Recording],
     holdout: Sequence[Recording],
     left_out: Mapping[str, Array],
 ) -> tuple[TorqueErrors, ModelError | None]:
     """The errors of a trial's model, and how wrong it is on what no shared parameter was fitted to."""
-    unrefitted = unrefitted_residuals(trial.fitted, training, on_fitted_ground(training, holdout))
+    unrefitted = unrefitted_residuals(trial.fitted, training, on_training_grounds(training, holdout))
     unseen = (trial.residuals, holdout) if holdout else (left_out, training if left_out else ())
     errors = _errors(trial.residuals, training, holdout, left_out, unrefitted)
     return errors, model_error_on_unseen(*unseen, trial.fitted.loss)
@@ -162,15 +164,17 @@ def _errors(
     everything = [*training, *holdout]
     return TorqueErrors(
         rmse={r.name: rmse_of(residuals[r.name]) for r in everything},
-        nrmse=_relative(residuals, everything),
+        nrmse=_rms_over_torque_range(residuals, everything),
         training=tuple(r.name for r in training),
         holdout=tuple(r.name for r in holdout),
-        left_out=_relative(left_out, training),
-        unrefitted=_relative(unrefitted, holdout),
+        left_out=_rms_over_torque_range(left_out, training),
+        unrefitted=_rms_over_torque_range(unrefitted, holdout),
     )
 
 
-def _relative(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -> dict[str, float]:
+def _rms_over_torque_range(
+    residuals: Mapping[str, Array], recordings: Sequence[Recording]
+) -> dict[str, float]:
     """Root mean square of the residuals that are known, over each recording's torque range [1]."""
     known = [r for r in recordings if r.name in residuals]
     return {r.name: rmse_of(residuals[r.name]) / torque_range(r) for r in known}
@@ -187,11 +191,11 @@ def left_out_residuals(trial: Trial, runner: TrialRunner) -> dict[str, Array]:
     futures = {}
     for left in runner.training:
         others = [recording for recording in runner.thinned_training if recording.name != left.name]
-        futures[left.name] = runner.submit(_left_out, trial, others, left)
+        futures[left.name] = runner.submit(_left_out_residual, trial, others, left)
     return results_of(futures)
 
 
-def _left_out(trial: Trial, others: Sequence[Recording], left: Recording) -> Array:
+def _left_out_residual(trial: Trial, others: Sequence[Recording], left: Recording) -> Array:
     model, options = model_of(trial.effects, RANKING), replace(WITHOUT_ONE, loss=trial.fitted.loss)
     fitted = fit(model, others, trial.fitted.values, options)
-    return fit_own_parameters(fitted, [left], WITHOUT_ONE).residuals[left.name]
+    return fit_recording_parameters(fitted, [left], WITHOUT_ONE).residuals[left.name]

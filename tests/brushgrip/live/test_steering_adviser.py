@@ -4,7 +4,7 @@ from typing import Any, cast
 
 import pytest
 
-from brushgrip.live.adviser import PLANNING, Adviser, advice_text
+from brushgrip.live.steering_adviser import PLANNING, SteeringAdviser, advice_text
 from observers import (
     Advice,
     Ekf,
@@ -50,8 +50,8 @@ def test_it_advises_without_keeping_samples_waiting(monkeypatch: pytest.MonkeyPa
     # Compiled and planned beforehand, however long that takes.
     probe = Probe(OBSERVER, 0.05, SteeringLimits(angle=0.3))
     probe.prepare(SAMPLE.F_N)
-    monkeypatch.setattr("brushgrip.live.adviser.Probe", lambda *_: probe)
-    adviser, loop = Adviser(0.05, SteeringLimits(angle=0.3)), Loop(OBSERVER)
+    monkeypatch.setattr("brushgrip.live.steering_adviser.Probe", lambda *_: probe)
+    adviser, loop = SteeringAdviser(0.05, SteeringLimits(angle=0.3)), Loop(OBSERVER)
     adviser.begin(OBSERVER)
     for _ in range(30):
         loop(SAMPLE)
@@ -74,7 +74,7 @@ def test_it_advises_without_keeping_samples_waiting(monkeypatch: pytest.MonkeyPa
     ],
 )
 def test_without_a_forecast_it_says_why_there_is_no_advice(observer: Observer, reason: str) -> None:
-    adviser = Adviser(0.05, SteeringLimits())
+    adviser = SteeringAdviser(0.05, SteeringLimits())
     adviser.begin(observer)
 
     wait_for(lambda: adviser.text != PLANNING)
@@ -96,14 +96,14 @@ def test_friction_that_is_known_no_more_is_sought_again(monkeypatch: pytest.Monk
         def __init__(self, *_: object) -> None:
             self.finished = True
 
-        def resume(self) -> None:
+        def restart_advice(self) -> None:
             self.finished = False
 
         def __call__(self, *_: object) -> Advice:
             return replace(ADVICE, finished=self.finished)
 
-    monkeypatch.setattr("brushgrip.live.adviser.Probe", Once)
-    adviser = Adviser(0.05, SteeringLimits())
+    monkeypatch.setattr("brushgrip.live.steering_adviser.Probe", Once)
+    adviser = SteeringAdviser(0.05, SteeringLimits())
     adviser.begin(Stated(model=Model(), values={"k": 2.4e6}, rig=RIG))
     for status, text in (
         (Status.USED, "friction is known to 5.0%, stop turning"),
@@ -134,8 +134,8 @@ def test_an_adviser_behind_says_where_to_turn_from_where_the_wheel_is_now(
             next(self._gates).wait()
             return ADVICE
 
-    monkeypatch.setattr("brushgrip.live.adviser.Probe", Slow)
-    adviser = Adviser(0.05, SteeringLimits())
+    monkeypatch.setattr("brushgrip.live.steering_adviser.Probe", Slow)
+    adviser = SteeringAdviser(0.05, SteeringLimits())
     adviser.begin(OBSERVER)
     for psi in (0.0, 0.05, 0.2 - 0.1396):
         adviser(replace(SAMPLE, psi=psi), None, OBSERVER.prior)
@@ -159,8 +159,8 @@ def test_friction_that_is_known_before_the_plan_needs_none(monkeypatch: pytest.M
         def __call__(self, *_: object) -> Advice:
             return ADVICE
 
-    monkeypatch.setattr("brushgrip.live.adviser.Probe", Compiling)
-    adviser = Adviser(0.05, SteeringLimits())
+    monkeypatch.setattr("brushgrip.live.steering_adviser.Probe", Compiling)
+    adviser = SteeringAdviser(0.05, SteeringLimits())
     adviser.begin(OBSERVER)
     for estimate, text in (
         (replace(known, mu_std=0.05), PLANNING),

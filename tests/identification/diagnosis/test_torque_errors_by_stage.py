@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from identification import Huber, Recording, fit, initial_guess
-from identification.diagnosis.error_stages import (
+from identification.diagnosis.torque_errors_by_stage import (
     declared_errors,
-    errors_of,
     left_out_residuals,
     model_error_on_unseen,
+    torque_and_model_errors,
 )
 from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import LEAST_SQUARES, rmse_of
 from identification.selection.leave_one_out_linearised import leave_one_out
-from identification.selection.trial import Trial, TrialTask, fit_own_parameters, run_trial
-from identification.selection.trial_runner import TrialRunner, run_at_once
+from identification.selection.trial import Trial, TrialTask, fit_recording_parameters, run_trial
+from identification.selection.trial_runner import TrialRunner, run_in_this_process
 from symbolic import InvalidInputError, Model, ModelError, Rig, effects_named
 from tests.identification.factories import first_order, read_campaign, recording
 
@@ -35,7 +35,7 @@ def trial(recordings: list[Recording]) -> Trial:
 
 
 def runner_of(recordings: list[Recording]) -> TrialRunner:
-    return TrialRunner(training=recordings, holdout=(), loss=LEAST_SQUARES, submit=run_at_once)
+    return TrialRunner(training=recordings, holdout=(), loss=LEAST_SQUARES, submit=run_in_this_process)
 
 
 @pytest.mark.long
@@ -48,7 +48,7 @@ def test_left_out_in_turn(trial: Trial, recordings: list[Recording]) -> None:
         others = [r for r in recordings if r is not left]
         model = Model(effects=EFFECTS)
         fitted = fit(model, others, initial_guess(model, others))
-        exact = rmse_of(fit_own_parameters(fitted, [left]).residuals[left.name])
+        exact = rmse_of(fit_recording_parameters(fitted, [left]).residuals[left.name])
         assert rmse_of(residuals[left.name]) == pytest.approx(exact, rel=2e-3)
         assert rmse_of(residuals[left.name]) == pytest.approx(rmse_of(first_order[left.name]), rel=0.02)
 
@@ -62,7 +62,7 @@ def test_friction_of_a_ground_that_was_not_fitted_is_not_predicted(
 ) -> None:
     here, there = recordings[:2], [replace(recordings[2], ground="wet"), recordings[2]]
     there[1] = replace(there[1], name="dry")
-    fitted, _ = errors_of(run_trial(TrialTask((), here, there)), here, there, {})
+    fitted, _ = torque_and_model_errors(run_trial(TrialTask((), here, there)), here, there, {})
     for errors in (declared_errors(here, there, trial.fitted.loss), fitted):
         assert set(errors.nrmse) == {"recording_a", "recording_b", "recording_c", "dry"}
         assert list(errors.unrefitted) == ["dry"]

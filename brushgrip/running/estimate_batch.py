@@ -8,11 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.estimation.friction_at_common_load import load_of_friction
-from brushgrip.estimation.friction_budget import STANDS, declared_values_in_words, friction_budget
+from brushgrip.estimation.friction_at_common_load import friction_load_text
 from brushgrip.estimation.friction_by_direction import (
     directional_friction_and_line,
-    hidden_by_zero,
+    hidden_by_torque_zero_note,
+)
+from brushgrip.estimation.friction_uncertainty_budget import (
+    STANDS,
+    declared_uncertainty_text,
+    friction_uncertainty_budget,
 )
 from brushgrip.estimation.observe_recording import (
     ObserverFactory,
@@ -20,22 +24,22 @@ from brushgrip.estimation.observe_recording import (
     observe,
 )
 from brushgrip.estimation.suspicious_recordings import (
-    constant_load,
-    differing_rates,
-    hardly_turned,
+    car_force_slope_note,
+    constant_load_note,
+    differing_sample_rates_note,
+    hardly_turned_note,
     implausibility_lines,
     inconsistency_remedy,
-    load_outside,
-    slope_of_car,
+    load_outside_model_note,
+    sensor_range_reached_note,
     suspected_cause,
-    torque_beyond_sensor_range,
-    unstated_range,
+    undeclared_sensor_range_note,
     weaker_direction_share_and_note,
     why_not_acquired,
 )
 from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.option_choices import ObserverName
-from brushgrip.outputs.atomic import check_png_name, staged_files, with_picture, write_utf8
+from brushgrip.outputs.atomic import check_png_name, staged_files, table_and_picture, write_utf8
 from brushgrip.outputs.console import Progress, progress
 from brushgrip.outputs.standard_streams import REMARKS
 from brushgrip.pictures.friction import draw_friction
@@ -44,15 +48,15 @@ from brushgrip.running.row_spool import Row, RowSpool
 from brushgrip.running.summary_table import COLUMNS, summary_row
 from brushgrip.wording.formatting import csv_text
 from brushgrip.wording.friction_in_words import (
-    band_parts,
+    band_composition_text,
     estimates_summary,
     undeclared_sensor_note,
     unusable_samples_and_remedy,
 )
 from brushgrip.wording.recording_remarks import BETWEEN, recording_remark
 from identification import Recording, read_rig
-from identification.diagnosis.found_stiffness import stiffness_note
-from identification.selection.trial_runner import Submit, as_completed, workers
+from identification.diagnosis.found_vs_declared_stiffness import stiffness_note
+from identification.selection.trial_runner import Submit, as_completed, worker_submitter
 from observers import ESTIMATE, DirectionalFriction
 from observers.quality.usable_stretches import last_usable
 from symbolic import BrushgripError, InvalidInputError
@@ -88,7 +92,7 @@ def output_files_beside_tables(
         if picture is not None:
             raise InvalidInputError("--picture is that of one recording without --summary; leave it out")
         return [summary] if summary else []
-    tables = with_picture(out)
+    tables = table_and_picture(out)
     if picture is None:
         return tables
     check_png_name(picture)
@@ -104,11 +108,11 @@ def task_executor(
         jobs = 1
     if inputs.rig is not None:
         read_rig(inputs.rig)
-    inputs.found()
+    inputs.read_found_model()
     with (
         cluster_or_local_executor(scheduler, jobs) as executor,
         progress() as report,
-        workers(jobs, inputs.effects, executor) as submit,
+        worker_submitter(jobs, inputs.effects, executor) as submit,
     ):
         yield submit, report
 
@@ -140,18 +144,18 @@ def estimate_one(task: EstimateTask) -> EstimateOutcome:
     if REMARKS.get() is None:
         REMARKS.set(set())
     try:
-        return _estimated(task)
+        return _estimate_and_write(task)
     except BrushgripError as error:
         (name,) = task.inputs.paths
         row = {**dict.fromkeys(COLUMNS, ""), "recording": name, "fault": str(error)}
         return EstimateOutcome(row=row, fault=error)
 
 
-def _estimated(task: EstimateTask) -> EstimateOutcome:
+def _estimate_and_write(task: EstimateTask) -> EstimateOutcome:
     recording = _read(task.inputs)
     for line in implausibility_lines([recording]):
         raise InvalidInputError(line)
-    found, factory = task.inputs.found(), task.factory
+    found, factory = task.inputs.read_found_model(), task.factory
     with staged_files([path for path in (task.out, task.picture) if path]) as stages:
         estimates = observe(factory, recording, found, smoothed=task.smooth)
         if task.out:
@@ -163,12 +167,16 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     observer, of_found = factory(recording, found), found is not None
     noise = inconsistency_remedy(observer, recording, estimates, of_found=of_found)
     of_car = recording.standstills is not None
-    rates, at, budget, note = differing_rates(recording), last_usable(estimates), {}, ""
-    cause = "" if estimates.usable.any() else hardly_turned(recording)
-    doubts = [torque_beyond_sensor_range(recording), unstated_range(recording), constant_load(recording)]
+    rates, at, budget, note = differing_sample_rates_note(recording), last_usable(estimates), {}, ""
+    cause = "" if estimates.usable.any() else hardly_turned_note(recording)
+    doubts = [
+        sensor_range_reached_note(recording),
+        undeclared_sensor_range_note(recording),
+        constant_load_note(recording),
+    ]
     if at is None:
         cause = cause or suspected_cause(factory, recording, found, estimates) or doubts[0]
-        cause = cause or hidden_by_zero(observer, estimates)
+        cause = cause or hidden_by_torque_zero_note(observer, estimates)
         cause = cause or why_not_acquired(observer, recording, estimates)
     unusable = unusable_samples_and_remedy(estimates, noise, rates, cause, of_car=of_car)
     number, why = unusable
@@ -178,9 +186,9 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     way = str(directed.get("direction", ""))
     told = [estimates_summary(estimates, unusable, rates, way), line]
     if task.budget and not task.smooth:
-        budget = friction_budget(factory, recording, found, estimates)
+        budget = friction_uncertainty_budget(factory, recording, found, estimates)
         advised = ", or find what the model lacks (brushgrip diagnose)" * of_found
-        told.append(band_parts(budget).replace(advised, ""))
+        told.append(band_composition_text(budget).replace(advised, ""))
     if at is None:
         told.append("" if why == cause else cause)
     elif (car := recording.standstills) is None:
@@ -188,12 +196,12 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     else:
         note = "" if car.speed_recorded else STANDS
         brakes = car.brakes[int(car.stretch[at])]
-        told += [note, "" if budget else declared_values_in_words(car.vehicle, brakes=brakes)]
-        doubts.append(slope_of_car(factory, recording, at))
+        told += [note, "" if budget else declared_uncertainty_text(car.vehicle, brakes=brakes)]
+        doubts.append(car_force_slope_note(factory, recording, at))
     if found is not None and recording.standstills is None:
         values = found.values_for_estimation(recording.ground)
-        at_load = "" if at is None else load_of_friction(found, recording, at)
-        far = load_outside(recording.F_N, found.basis.loads if found.basis else None)
+        at_load = "" if at is None else friction_load_text(found, recording, at)
+        far = load_outside_model_note(recording.F_N, found.basis.loads if found.basis else None)
         doubts += [stiffness_note(values["k"], recording), far, at_load]
         if at is not None and not by_direction:
             directed["weaker"], of_model = weaker_direction_share_and_note(
@@ -212,6 +220,6 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
 def _read(inputs: Inputs) -> Recording:
     """The recording with its aligning or steering torque; without both, the message asks for M_z."""
     (recording,) = inputs.recordings(torque_required=False, causal=True)
-    if not np.isfinite(recording.recorded_torque).any():
+    if not np.isfinite(recording.aligning_or_steering_torque).any():
         (recording,) = inputs.recordings(causal=True)
     return recording

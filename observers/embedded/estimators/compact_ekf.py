@@ -6,21 +6,21 @@ scalars, with the parameters as numbers.
 
 import casadi as ca
 
-from observers.embedded.estimators.sample_functions import (
+from observers.embedded.estimators.shared_step_functions import (
     TORQUE,
     EstimatorCode,
-    begin_estimator,
     effective_friction,
     function_of_symbols,
-    retentions,
-    stiffness_ratio,
+    initial_state_parts,
+    sensitivity_retentions,
+    stiffness_ratio_c,
 )
 from observers.embedded.patches.patch_code import PatchCode
 from observers.embedded.scalar_expansion import (
     ConstantSubstitution,
     drop_unused_inputs,
     inputs_used,
-    with_known_exponential,
+    with_exponential_input,
 )
 from observers.estimators.ekf import build_ekf_step, ekf_layout
 from observers.layout import Layout
@@ -34,10 +34,13 @@ PATCH = ("M_z", "slopes")
 """Parts of the state that the patch of C sets, not the step."""
 
 
-def compact_filter(patch: PatchCode, constants: ConstantSubstitution) -> EstimatorCode:
+def compact_ekf_code(patch: PatchCode, constants: ConstantSubstitution) -> EstimatorCode:
     """An `Ekf` of one linearisation on a patch of C."""
     observer, real = patch.observer, patch.real.c_type
-    model, memory = observer.measurement_model, [name for name, _, _ in patch.torque_model.layout.fields]
+    model, memory = (
+        observer.measurement_model,
+        [name for name, _, _ in patch.torque_model.memory_layout.fields],
+    )
     parts = ekf_layout(patch.torque_model, model)
     step = _build_step(patch, constants, parts)
     # C keeps the parts that a step depends on.
@@ -45,16 +48,18 @@ def compact_filter(patch: PatchCode, constants: ConstantSubstitution) -> Estimat
     kept = Layout(tuple(field for field in parts.fields if field[0] in used - {"memory"}))
     names = [name for name, _, _ in kept.fields]
     step = drop_unused_inputs(step, {name for name, _, _ in parts.fields} - {*names, "memory"})
-    begin = begin_estimator("begin_filter", patch, parts, {name: f"first_{name}" for name in names})
-    functions = [constants.fill("begin_filter", begin), step]
+    begin = initial_state_parts("begin_filter", patch, parts, {name: f"first_{name}" for name in names})
+    functions = [constants.substitute_constants("begin_filter", begin), step]
     if patch.follows_mu:
         factor = ca.MX.sym("factor", *parts.places["factor"][1])
         functions.append(
-            retentions(observer, constants, factor, symbolic_covariance_from_udu(factor), predicted=True)
+            sensitivity_retentions(
+                observer, constants, factor, symbolic_covariance_from_udu(factor), predicted=True
+            )
         )
     if angle_is_state(model) and patch.torque_model.slides:
         functions.append(effective_friction(patch))
-    before = stiffness_ratio(model, "before->x")
+    before = stiffness_ratio_c(model, "before->x")
     other = state_index(model, OTHER) if OTHER in model.states else 0
     mu_now = "mu_now" if other else "mu"
     given = {
@@ -74,7 +79,7 @@ def compact_filter(patch: PatchCode, constants: ConstantSubstitution) -> Estimat
             "before": [f"before->{name}{'[0]' * (name == 'M_z')}" for name in names],
             "after": [f"after->{name}" for name in names if name not in PATCH],
             "walk": len(tyre_states(model)) ** 2, "stiffness_before": before,
-            "stiffness_after": stiffness_ratio(model, "after->x"),
+            "stiffness_after": stiffness_ratio_c(model, "after->x"),
             "memory": [given[name] for name in memory], "slopes": list(by_state.values()), "window": 0,
             "newest_x": "state->filter[state->now].x", "newest_last": "state->filter[state->now].last",
             "x": "filter->x", "P": "filter->factor",
@@ -100,5 +105,7 @@ def _build_step(patch: PatchCode, constants: ConstantSubstitution, parts: Layout
     outputs |= {f"{n}_next": after[n] for n in before if n not in (*PATCH, "memory", "output")}
     memory = before.pop("memory")
     inputs = [*before.values(), memory, sample, ca.MX.sym("mu"), vector]
-    flat = constants.fill("filter", function_of_symbols("filter", inputs, **outputs, result=output))
-    return with_known_exponential(flat, ("x", state_index(model)), "mu")
+    flat = constants.substitute_constants(
+        "filter", function_of_symbols("filter", inputs, **outputs, result=output)
+    )
+    return with_exponential_input(flat, ("x", state_index(model)), "mu")

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from observers import AligningTorque, DirectionalFriction, Ekf, Mhe, SteeringTorque, Tuning, from_files
-from observers.interfaces.factory import read_model_file, read_rig_file
+from observers.interfaces.observer_from_files import read_model_file, read_rig_file
 from symbolic import Effect, Model, Rig, Tyre, effects_named
 from tests.refusal import refused
 

@@ -1,15 +1,15 @@
 """The stiffness that was found, what it may mean, and what friction is then, in words."""
 
-from brushgrip.estimation.assumed_and_found_friction import FrictionOutcome
+from brushgrip.estimation.assumed_and_found_friction import AssumedAndFoundFriction
 from brushgrip.wording.formatting import band_decimals, listed, sentence
 from identification import Diagnosis
-from identification.diagnosis.found_stiffness import OFF_STIFFNESS
+from identification.diagnosis.found_vs_declared_stiffness import OFF_STIFFNESS
 
 MEANING = ", how steeply the torque rises before anything slides, is"
 """What the stiffness k is, behind its name."""
 
 
-def stiffness_cases(diagnosis: Diagnosis) -> list[str]:
+def stiffness_explanations(diagnosis: Diagnosis) -> list[str]:
     """The stiffness beyond its tolerance, then each thing that it may mean; of several, only those."""
     notes = _stiffness_notes(diagnosis)
     if len(notes) != 1:
@@ -18,15 +18,15 @@ def stiffness_cases(diagnosis: Diagnosis) -> list[str]:
     return [sentence(one) for one in (f"{head}; these recordings do not tell why", *cases.split("; "))]
 
 
-def other_stiffness(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
+def stiffness_deviation_phrase(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction) -> str:
     """How far the stiffness is from the declared one, and what friction is else, a phrase."""
     comes = "tyres and what yields beside them come" if diagnosis.of_car else "the tyre comes"
     farthest = " at the farthest" * (len(_stiffness_notes(diagnosis)) > 1)
-    otherwise, _ = doubt_of_stiffness(diagnosis, outcome)
+    otherwise, _ = stiffness_doubt_and_range(diagnosis, outcome)
     return f"{comes} out {diagnosis.stiffness_ratio:.2f} times as stiff as declared{farthest}{otherwise}"
 
 
-def stiffness_within_tolerance(diagnosis: Diagnosis) -> str:
+def stiffness_tolerance_sentence(diagnosis: Diagnosis) -> str:
     """The stiffness found beside the declared one where its tolerance covers it, a sentence."""
     if (one := diagnosis.stiffness) is None or diagnosis.stiffness_ratio != 1:
         return ""
@@ -39,7 +39,7 @@ def stiffness_within_tolerance(diagnosis: Diagnosis) -> str:
     )
 
 
-def doubt_of_stiffness(diagnosis: Diagnosis, outcome: FrictionOutcome) -> tuple[str, str]:
+def stiffness_doubt_and_range(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction) -> tuple[str, str]:
     """What friction may be else, and between which ends, by a stiffness that was not declared."""
     ratio, read = diagnosis.stiffness_ratio, "force" if diagnosis.of_car else "torque"
     if_wrong = friction_if_stiffness_is_wrong(diagnosis, outcome)
@@ -48,14 +48,14 @@ def doubt_of_stiffness(diagnosis: Diagnosis, outcome: FrictionOutcome) -> tuple[
         return "", ""
     return (
         f"; if the {read} reads so much too {'high' if ratio > 1 else 'low'}, friction is {if_wrong[0]}",
-        f"Whether the {read} or k is off: friction is from {_possible(outcome, ratio)};"
+        f"Whether the {read} or k is off: friction is from {_possible_friction_text(outcome, ratio)};"
         " other errors come on top.",
     )
 
 
-def friction_if_stiffness_is_wrong(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
+def friction_if_stiffness_is_wrong(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction) -> list[str]:
     """Friction of each ground if the torque, then if the half-length makes the stiffness what it is."""
-    bands, ratio = outcome.bands(), diagnosis.stiffness_ratio
+    bands, ratio = outcome.last_band_by_ground(), diagnosis.stiffness_ratio
     if not bands or ratio == 1 or len(_stiffness_notes(diagnosis)) != 1:
         return []
     bound = f"not {'less' if ratio > 1 else 'more'} than"
@@ -69,10 +69,10 @@ def _stiffness_notes(diagnosis: Diagnosis) -> list[str]:
     return [note for note in diagnosis.notes if note.startswith(OFF_STIFFNESS)]
 
 
-def _possible(outcome: FrictionOutcome, ratio: float) -> str:
+def _possible_friction_text(outcome: AssumedAndFoundFriction, ratio: float) -> str:
     """Friction of each ground with a band, from end to end of it and of the same over a ratio."""
     told = []
-    for ground, one in outcome.bands().items():
+    for ground, one in outcome.last_band_by_ground().items():
         # The figures as they are told, so that whoever does the sum finds the same.
         digits = band_decimals(one.further or 0.0)
         value, half = round(one.mu_eff, digits), round(one.further or 0.0, digits)

@@ -16,7 +16,7 @@ MAX_PLAN_SAMPLES = 2_000
 """Samples that a plan may take; where it takes longer, it begins anew."""
 
 
-class Adviser:
+class SteeringAdviser:
     """A thread that plans, for which samples need not wait; `text` says what to do now."""
 
     def __init__(self, target: float, limits: SteeringLimits) -> None:
@@ -43,7 +43,9 @@ class Adviser:
         self._waiting, self._text = deque(maxlen=MAX_PLAN_SAMPLES), PLANNING
         self._reached = self._judged = False
         arguments = (observer, self._generation, self._waiting)
-        threading.Thread(target=self._follow, args=arguments, name="live-advise", daemon=True).start()
+        threading.Thread(
+            target=self._plan_in_thread, args=arguments, name="live-advise", daemon=True
+        ).start()
 
     def __call__(self, sample: Sample, state: Any, estimate: Estimate) -> None:
         """Tell of a sample, and of the observer's state and estimate after it."""
@@ -52,7 +54,9 @@ class Adviser:
         self._waiting.append((sample, state, self._reached))
         self._arrived.set()
 
-    def _follow(self, observer: Observer, own: int, waiting: deque[tuple[Sample, Any, bool]]) -> None:
+    def _plan_in_thread(
+        self, observer: Observer, own: int, waiting: deque[tuple[Sample, Any, bool]]
+    ) -> None:
         try:
             if not isinstance(observer, ModelObserver):
                 raise InvalidInputError("--target is for ekf and mhe, whose deviation it can forecast")
@@ -68,7 +72,7 @@ class Adviser:
                     sample, state, is_reached = waiting.popleft()
                     advice = probe(sample, state)
                     if advice.finished and _is_lost(observer.estimate(state)):
-                        probe.resume()
+                        probe.restart_advice()
                         advice = probe(sample, state)
                     newest = waiting[-1][0] if waiting else sample
                     if own == self._generation:

@@ -8,18 +8,18 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from observers.embedded.estimators.sample_functions import (
+from observers.embedded.estimators.shared_step_functions import (
     TORQUE,
     EstimatorCode,
-    begin_estimator,
     function_of_symbols,
+    initial_state_parts,
     memory_with_slide_only,
     motion_depends_on_patch_torque,
-    retentions,
-    stiffness_ratio,
-    stored_rows,
+    sensitivity_retentions,
+    stiffness_ratio_c,
+    stored_fields,
 )
-from observers.embedded.patches.patch_code import PatchCode, window_of
+from observers.embedded.patches.patch_code import PatchCode, mhe_window_length
 from observers.embedded.scalar_expansion import ConstantSubstitution
 from observers.estimators.mhe_recursions import (
     arrival_variance_increment,
@@ -44,7 +44,7 @@ from observers.tuning import TUNING_FIELDS
 TORQUES = ("M_Z", "BY_MU", "BY_STIFFNESS", "BY_ANGLE")
 """Order of a torque in C, see `templates/patches/torque_places.c`."""
 TEST = ("accepted", "reset", "run", "missing", "expected", "nis", "inconsistent", "lag")
-"""Result of the test of the newest innovation, see `test_outputs`."""
+"""Result of the test of the newest innovation, see `innovation_test_outputs`."""
 STATE = """\
     {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}];
     {real} last[{clean}], counts[{counts}], monitor[{monitor}];
@@ -54,33 +54,33 @@ STATE = """\
 {integers}"""
 
 
-def compact_window(patch: PatchCode, constants: ConstantSubstitution) -> EstimatorCode:
+def compact_mhe_code(patch: PatchCode, constants: ConstantSubstitution) -> EstimatorCode:
     """An `Mhe` of one iteration over two samples or more, on a patch of C."""
-    observer, size, window = patch.observer, patch.real.size, window_of(patch.observer)
+    observer, size, window = patch.observer, patch.real.size, mhe_window_length(patch.observer)
     model = observer.measurement_model
-    built = WindowFunctions(patch, window).all()
-    functions = [constants.fill(function.name(), function) for function in built]
+    built = MheStepFunctions(patch, window).all_functions()
+    functions = [constants.substitute_constants(function.name(), function) for function in built]
     if patch.follows_mu:
         P = ca.MX.sym("P", len(model.states), len(model.states))
-        functions.append(retentions(observer, constants, P, P, predicted=False))
-    row, n, eliminated = stored_rows(model), len(model.states), elimination_layout(model).size
+        functions.append(sensitivity_retentions(observer, constants, P, P, predicted=False))
+    row, n, eliminated = stored_fields(model), len(model.states), forward_elimination_layout(model).size
     numbers = n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(change_monitor_fields(model))
     a_sample = (n + len(row) + eliminated) * size + patch.kept_bytes
     states = {name: i for i, name in enumerate(model.states)}
     return EstimatorCode(
         template="estimators/window.c",
         functions=functions,
-        element_names={"row": row, "torque": TORQUES, "test": test_outputs(model)},
+        element_names={"row": row, "torque": TORQUES, "test": innovation_test_outputs(model)},
         terms={
             "window": window, "eliminated": eliminated,
             "moves_states": motion_depends_on_patch_torque(model),
             "log_mu": states["log_mu"], "psi": states.get("psi"), "row": row,
-            "test": test_outputs(model), "walk": len(tyre_states(model)) ** 2,
+            "test": innovation_test_outputs(model), "walk": len(tyre_states(model)) ** 2,
             "measured": [(name, CLEAN.index(name)) for name in row if name in CLEAN],
             "evidence": [CLEAN.index(EVIDENCE)] if OTHER in states else [],
-            "stiffness": stiffness_ratio(model, "x"),
-            "stiffness_newest": stiffness_ratio(model, "newest"),
-            "stiffness_corrected": stiffness_ratio(model, "state->x[at]"),
+            "stiffness": stiffness_ratio_c(model, "x"),
+            "stiffness_newest": stiffness_ratio_c(model, "newest"),
+            "stiffness_corrected": stiffness_ratio_c(model, "state->x[at]"),
             "newest_x": "state->x[state->newest]", "newest_last": "state->last",
             "x": "state->x[newest]", "P": "state->P_newest",
             "own_state": "state->",
@@ -94,12 +94,12 @@ def compact_window(patch: PatchCode, constants: ConstantSubstitution) -> Estimat
     )  # fmt: skip
 
 
-def test_outputs(model: MeasurementModel) -> tuple[str, ...]:
+def innovation_test_outputs(model: MeasurementModel) -> tuple[str, ...]:
     """Names of what a test gives."""
     return (*TEST, "untested", "evidence") if OTHER in model.states else TEST
 
 
-def elimination_layout(model: MeasurementModel) -> Layout:
+def forward_elimination_layout(model: MeasurementModel) -> Layout:
     """The parts that forward elimination leaves for back substitution."""
     n = len(model.states)
     slopes = {"slopes": len(slope_states(model))} if motion_depends_on_patch_torque(model) else {}
@@ -107,140 +107,148 @@ def elimination_layout(model: MeasurementModel) -> Layout:
 
 
 @dataclass(frozen=True)
-class WindowFunctions:
+class MheStepFunctions:
     """The Functions that C calls at each sample of a window."""
 
     patch: PatchCode
     window: int
 
     @property
-    def measured(self) -> MeasurementModel:
+    def measurement_model(self) -> MeasurementModel:
         """The observer's measurement model."""
         return self.patch.observer.measurement_model
 
-    def all(self) -> list[ca.Function]:
+    def all_functions(self) -> list[ca.Function]:
         """All of them."""
         return [
-            self.begin(), self.limit(), self.predict(), self.test_innovation(), self.accept(),
-            self.reset_arrival(), self.eliminate(), self.substitute_back(), self.output(),
+            self.initial_window_state(), self.clip_states(), self.predict(), self.test_innovation(),
+            self.update_acceptance(), self.reset_arrival_variance(), self.forward_eliminate(),
+            self.substitute_back(), self.output(),
         ]  # fmt: skip
 
     def symbols(self, *names: str) -> list[ca.MX]:
         """Symbols of these names, in their shapes."""
-        n, row = len(self.measured.states), len(stored_rows(self.measured))
+        of_torque = self.measurement_model
+        n, row = len(of_torque.states), len(stored_fields(of_torque))
         shapes = {
             "sample": (len(SAMPLE), 1), "last": (len(CLEAN), 1), "now": (len(CLEAN), 1), "x": (n, 1),
             "mean": (n, 1), "factor": (n, n), "P": (n, n), "torque": (len(TORQUES), 1),
             "row": (row, 1), "after": (row, 1), "counts": (len(COUNTS), 1),
-            "monitor": (len(change_monitor_fields(self.measured)), 1),
-            "eliminated": (elimination_layout(self.measured).size, 1), "costate": (n, 1),
-            "newest": (n, 1),
-            "test": (len(test_outputs(self.measured)), 1), "age": (1, 1), "imputed": (1, 1),
-            "slide": (2, 1),
-            "theta": (len(self.patch.torque_model.coordinates), 1), "rig": (len(RIG), 1),
-            "tuning": (len(TUNING_FIELDS), 1),
+            "monitor": (len(change_monitor_fields(of_torque)), 1),
+            "eliminated": (forward_elimination_layout(of_torque).size, 1), "costate": (n, 1),
+            "newest": (n, 1), "test": (len(innovation_test_outputs(of_torque)), 1), "age": (1, 1),
+            "imputed": (1, 1), "slide": (2, 1), "tuning": (len(TUNING_FIELDS), 1),
+            "theta": (len(self.patch.torque_model.coordinate_names), 1), "rig": (len(RIG), 1),
         }  # fmt: skip
         return [ca.MX.sym(name, *shapes[name]) for name in names]
 
-    def full_row(self, row: ca.MX) -> ca.MX:
+    def expand_stored_row(self, row: ca.MX) -> ca.MX:
         """The stored numbers at their places in `ROWS`; the others are 0, as nothing here uses them."""
-        stored = named(stored_rows(self.measured), row)
+        stored = named(stored_fields(self.measurement_model), row)
         full: ca.MX = ca.vertcat(*(stored.get(name, 0) for name in ROWS))
         return full
 
-    def torque(self, torque: ca.MX, x: ca.MX) -> tuple[ca.MX, ca.MX]:
+    def torque_slopes(self, torque: ca.MX, x: ca.MX) -> tuple[ca.MX, ca.MX]:
         """M_z and its slopes by the states."""
         parts = named(TORQUES, torque)
-        slopes = ca.vertcat(*(parts[TORQUE[name]] for name in slope_states(self.measured)))
-        return parts["M_Z"], slopes_by_states(self.measured, slopes, x)
+        slopes = ca.vertcat(*(parts[TORQUE[name]] for name in slope_states(self.measurement_model)))
+        return parts["M_Z"], slopes_by_states(self.measurement_model, slopes, x)
 
-    def begin(self) -> ca.Function:
+    def initial_window_state(self) -> ca.Function:
         """(sample) -> mean, factor, last."""
-        n = len(self.measured.states)
+        n = len(self.measurement_model.states)
         parts = Layout.of(mean=n, factor=(n, n), last=len(CLEAN))
-        return begin_estimator("begin_window", self.patch, parts, {name: name for name in parts.places})
+        return initial_state_parts(
+            "begin_window", self.patch, parts, {name: name for name in parts.places}
+        )
 
-    def limit(self) -> ca.Function:
+    def clip_states(self) -> ca.Function:
         """(x) -> within bounds."""
         x, tuning = self.symbols("x", "tuning")
         return function_of_symbols(
-            "limit", [x, tuning], limited=clip_to_bounds(self.measured, x, tuning)
+            "limit", [x, tuning], limited=clip_to_bounds(self.measurement_model, x, tuning)
         )
 
     def predict(self) -> ca.Function:
         """(x, torque, P, last, now) -> newest, P at it."""
         names = ("x", "torque", "P", "last", "now", "rig", "tuning")
         x, torque, P, last, now, rig, tuning = inputs = self.symbols(*names)
-        predict = build_state_prediction(self.measured)
-        newest, P_newest, _ = predict(x, P, *self.torque(torque, x), last, now, rig, tuning)
+        predict = build_state_prediction(self.measurement_model)
+        newest, P_newest, _ = predict(x, P, *self.torque_slopes(torque, x), last, now, rig, tuning)
         return function_of_symbols("predict", inputs, newest=newest, P_newest=P_newest)
 
     def test_innovation(self) -> ca.Function:
         """(newest, torque, now, P, counts, monitor) -> test, counts, monitor."""
         names = ("newest", "torque", "now", "P", "counts", "monitor", "rig", "tuning")
         newest, torque, now, P, counts, monitor, rig, tuning = inputs = self.symbols(*names)
-        innovation = build_innovation_test(self.measured)
+        innovation = build_innovation_test(self.measurement_model)
         results = outputs_of(
-            innovation, newest, P, *self.torque(torque, newest), now, counts, monitor, rig, tuning
+            innovation, newest, P, *self.torque_slopes(torque, newest), now, counts, monitor, rig, tuning
         )
-        test = ca.vertcat(*(results[name] for name in test_outputs(self.measured)))
+        test = ca.vertcat(*(results[name] for name in innovation_test_outputs(self.measurement_model)))
         after = {name: results[name] for name in ("counts_next", "monitor_next")}
         return function_of_symbols("test_innovation", inputs, test=test, **after)
 
-    def accept(self) -> ca.Function:
+    def update_acceptance(self) -> ca.Function:
         """(row, age, test) -> accepted, jump."""
         row, age, test, tuning = inputs = self.symbols("row", "age", "test", "tuning")
-        stored, three = named(stored_rows(self.measured), row), test[: TEST.index("run") + 1]
+        stored, three = named(stored_fields(self.measurement_model), row), test[: TEST.index("run") + 1]
         unknown = log_mu_variance_between_grounds(named(TUNING_FIELDS, tuning))
         accepted, jump = build_acceptance_update()(
             stored["accepted"], stored["jump"], age, three, unknown
         )
         return function_of_symbols("accept", inputs, accepted=accepted, jump=jump)
 
-    def reset_arrival(self) -> ca.Function:
+    def reset_arrival_variance(self) -> ca.Function:
         """(test) -> increment of the arrival's variance of ln mu."""
         test, tuning = inputs = self.symbols("test", "tuning")
-        result = named(test_outputs(self.measured), test)
+        result = named(innovation_test_outputs(self.measurement_model), test)
         unknown = log_mu_variance_between_grounds(named(TUNING_FIELDS, tuning))
         jump = arrival_variance_increment(self.window, result["reset"], result["run"], unknown)
         return function_of_symbols("reset_arrival", inputs, jump=jump)
 
-    def eliminate(self) -> ca.Function:
+    def forward_eliminate(self) -> ca.Function:
         """(mean, factor, x, torque, row, after) -> mean, factor, eliminated."""
         names = ("mean", "factor", "x", "torque", "row", "after", "rig", "tuning")
         mean, factor, x, torque, row, after, rig, tuning = inputs = self.symbols(*names)
-        forward = build_filter_step(self.measured)
-        rows, (M_z, slopes) = (self.full_row(r) for r in (row, after)), self.torque(torque, x)
+        forward = build_filter_step(self.measurement_model)
+        rows, (M_z, slopes) = (
+            (self.expand_stored_row(r) for r in (row, after)),
+            self.torque_slopes(torque, x),
+        )
         results = outputs_of(forward, mean, factor, x, M_z, slopes, *rows, rig, tuning)
         results["slopes"] = slopes
         return function_of_symbols(
             "forward", inputs, mean_next=results["mean_next"], factor_next=results["factor_next"],
-            eliminated=elimination_layout(self.measured).join(results),
+            eliminated=forward_elimination_layout(self.measurement_model).join(results),
         )  # fmt: skip
 
     def substitute_back(self) -> ca.Function:
         """(costate, eliminated, row, after) -> costate before, smoothed x within bounds."""
         names = ("costate", "eliminated", "row", "after", "rig", "tuning")
         costate, eliminated, row, after, rig, tuning = inputs = self.symbols(*names)
-        parts = elimination_layout(self.measured).split(eliminated)
+        parts = forward_elimination_layout(self.measurement_model).split(eliminated)
         # The motion is cheaper to compute again than to store with every sample.
-        now, now_next = (self.full_row(vector)[: len(CLEAN)] for vector in (row, after))
-        motion = build_linearised_motion(self.measured)
-        slopes = parts.pop("slopes", ca.DM.zeros(len(slope_states(self.measured))))
+        now, now_next = (self.expand_stored_row(vector)[: len(CLEAN)] for vector in (row, after))
+        motion = build_linearised_motion(self.measurement_model)
+        slopes = parts.pop("slopes", ca.DM.zeros(len(slope_states(self.measurement_model))))
         _, A, _, _ = motion(parts["filtered"], 0, slopes, now, now_next, rig, tuning)
-        before, smoothed = build_smoother_step(self.measured)(costate, *parts.values(), A, tuning)
+        before, smoothed = build_smoother_step(self.measurement_model)(
+            costate, *parts.values(), A, tuning
+        )
         return function_of_symbols("backward", inputs, costate_before=before, smoothed=smoothed)
 
     def output(self) -> ca.Function:
         """(x, P, newest, now, test, imputed, slide) -> output."""
         names = ("x", "P", "newest", "now", "test", "imputed", "slide", "theta", "rig", "tuning")
         x, P, newest, now, test, imputed, slide, theta, rig, tuning = inputs = self.symbols(*names)
-        model, result = self.patch.torque_model, named(test_outputs(self.measured), test)
-        memory = model.layout.join(memory_with_slide_only(self.patch, slide))
+        model, tests = self.patch.torque_model, innovation_test_outputs(self.measurement_model)
+        result = named(tests, test)
+        memory = model.memory_layout.join(memory_with_slide_only(self.patch, slide))
         sample = StepSample(
-            model=model, measurement_model=self.measured, now=now, imputed=imputed, theta=theta, rig=rig,
-            tuning=tuning,
+            model=model, measurement_model=self.measurement_model, now=now, imputed=imputed,
+            theta=theta, rig=rig, tuning=tuning,
         )  # fmt: skip
-        unsettled = has_not_converged(self.measured, x, newest, P)
+        unsettled = has_not_converged(self.measurement_model, x, newest, P)
         output = sample.output(x, P, memory, result["expected"], result, unsettled=unsettled)
         return function_of_symbols("step_output", inputs, result=output)

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 
 from symbolic import EFFECTS, Model, compiled, compiler, effects_named, sensitivity_step
-from symbolic.compilation import compiled as module
+from symbolic.compilation import compiled_function_cache as module
 from symbolic.compilation.cache_folder import cache_directory
-from symbolic.compilation.compiled import compiled_source
+from symbolic.compilation.compiled_function_cache import compiled_c_library
 from tests.processes import is_running, wait_for
 from tests.symbolic.oracles import random_path, signals
 from tests.symbolic.test_effects import VALUES
@@ -123,9 +123,9 @@ def test_flags_are_tried_once_for_a_cache(monkeypatch: pytest.MonkeyPatch) -> No
     run = module.run_compiler
     monkeypatch.setattr(module, "run_compiler", lambda *call: (tried.append(call), run(*call)))
     for _ in range(2):
-        module._accepts.cache_clear()  # As in another process.
-        assert module._accepts(str(compiler()), ("-O1",))
-        assert not module._accepts(str(compiler()), ("-no-such-flag",))
+        module._compiler_accepts_flags.cache_clear()  # As in another process.
+        assert module._compiler_accepts_flags(str(compiler()), ("-O1",))
+        assert not module._compiler_accepts_flags(str(compiler()), ("-no-such-flag",))
 
     assert len(tried) == 3
 
@@ -159,7 +159,7 @@ def test_function_is_interpreted_where_it_cannot_be_compiled(
     function = small()
 
     assert [compiled(function) for _ in range(2)] == [function, function]
-    assert compiled_source("forty_two", "int answer(void) { return 42; }") is None
+    assert compiled_c_library("forty_two", "int answer(void) { return 42; }") is None
     assert libraries(tmp_path) == []
     assert [part in line for part, line in zip(said, caplog.messages, strict=True)] == [True] * len(said)
 
@@ -493,7 +493,7 @@ def test_cache_folder_is_the_users(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
 
 @needs_compiler
 def test_source_of_ours_is_a_library_of_the_cache(tmp_path: Path) -> None:
-    library = compiled_source("forty_two", "int answer(void) { return 42; }")
+    library = compiled_c_library("forty_two", "int answer(void) { return 42; }")
 
     assert library is not None
     assert library.answer() == 42
