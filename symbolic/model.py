@@ -77,7 +77,7 @@ class Model:
         return ca.DM(self.coordinate_values(values))
 
     def coordinate_values(self, values: Mapping[str, float]) -> list[float]:
-        """Values of `coordinates` of physical values named `mu`, `k`, `effect.parameter`.
+        """Values of `coordinate_names` of physical values named `mu`, `k`, `effect.parameter`.
 
         Raises:
             InvalidInputError: a parameter is missing, unknown or out of bounds.
@@ -127,8 +127,8 @@ class Model:
     def step(self) -> ca.Function:
         """(memory, signals, theta, geometry) -> (memory_next, M_z); named inputs and outputs.
 
-        signals as in `SIGNALS`, theta as in `coordinates`, geometry as in `GEOMETRY`; M_z is the moment
-        of the ground on the wheel [N m], negative for a positive turn from rest.
+        signals as in `SIGNALS`, theta as in `coordinate_names`, geometry as in `GEOMETRY`; M_z is the
+        moment of the ground on the wheel [N m], negative for a positive turn from rest.
         """
         return _build_step(self)
 

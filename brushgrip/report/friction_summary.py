@@ -26,7 +26,7 @@ IN_PLAIN_WORDS = {
 }
 """Causes of a band for somebody who knows no tyre model."""
 GROUP_LABELS = {"training": "training", "holdout": "validation"}
-"""Labels of `FrictionOutcome.groups`."""
+"""Labels of `AssumedAndFoundFriction.training_and_holdout_names`."""
 
 
 LEAST_TOLD = 0.5

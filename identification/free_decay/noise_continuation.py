@@ -27,7 +27,7 @@ _MAX_FACTOR, _SAME = 3.0, 0.02
 """Largest factor of the scale between stages, and the relative change at which it has converged."""
 _MAX_STAGES, _MAX_STEPS = 20, 40
 _SLOPE = 0.01
-"""Length of the gradient at which a stage ends, in the units of `_units`."""
+"""Length of the gradient at which a stage ends, in the units of `_conditional_std_of_unknowns`."""
 _RADIUS, _MAX_RADIUS = 1e3, 1e9
 """Radius of the trust region at the start and at most, in these units."""
 _MAX_LEVERAGE = 0.99

@@ -93,7 +93,7 @@ class CasadiObserver:
         return INFORMED
 
     @property
-    def weaker_direction_deficit(self) -> float:
+    def weaker(self) -> float:
         """Share of mu_eff and M_slide that the weaker direction holds less [1]; 0 if they are alike.
 
         By an `asymmetric_friction` of the model; effects of the user's own do not count.
@@ -173,7 +173,7 @@ class CasadiObserver:
         own = {field.name for field in fields(CasadiObserver)}
         return {f.name: getattr(self, f.name) for f in fields(self) if f.name not in own}
 
-    def precompile(self) -> None:
+    def prepare(self) -> None:
         """Build and compile now what the first sample would, so that a control loop waits for nothing.
 
         A cache keeps what is compiled, in `BRUSHGRIP_CACHE` or the user's cache folder, so that it takes

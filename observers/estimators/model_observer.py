@@ -150,14 +150,14 @@ class ModelObserver(CasadiObserver):
         return self.tuning.informed_below
 
     @property
-    def weaker_direction_deficit(self) -> float:
+    def weaker(self) -> float:
         """Share that the weaker direction holds less [1]; refused where each has friction of its own."""
         if self._has_directional_friction:
             raise InvalidInputError(
                 "no one share: friction has a state for each direction, and mu_eff is that of the one"
                 " that loads the patch"
             )
-        return super().weaker_direction_deficit
+        return super().weaker
 
     @property
     def sample_limits(self) -> tuple[float, ...]:

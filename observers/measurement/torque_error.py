@@ -37,7 +37,7 @@ def independent_sample_share(travel: Expression, error_travel: Expression) -> Ex
 
 
 def forgetting_factor(share: Expression, memory: float) -> Expression:
-    """Share that is forgetting_factor of older samples after a share of an independent one [1]."""
+    """Weight that older samples keep after a share of an independent one [1]."""
     return 1 - share / memory
 
 

@@ -21,7 +21,7 @@ from symbolic.casadi_functions import named_function
 class PatchModel(Hashable, Protocol):
     """A contact patch whose torque depends on its memory; `symbolic.Model` is one.
 
-    signals (4,) are in the order of `symbolic.SIGNALS`, theta (p,) in that of `coordinates`, and
+    signals (4,) are in the order of `symbolic.SIGNALS`, theta (p,) in that of `coordinate_names`, and
     geometry (2,) in that of `symbolic.GEOMETRY`.
     """
 

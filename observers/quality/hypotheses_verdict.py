@@ -84,7 +84,7 @@ class HypothesisMixture:
         return _element_at_index(_last_argmax(self.exponent), self.parts[name])
 
     def mean_variance(self, quantity: Quantity, about: Expression) -> tuple[Expression, Expression]:
-        """Mean and variance of a quantity, the latter as `covariance` has it."""
+        """Mean and variance of a quantity, the latter as `means_and_covariance` has it."""
 
         def twice(parts: Parts) -> tuple[Expression, Expression, Expression]:
             value, variance = quantity(parts)

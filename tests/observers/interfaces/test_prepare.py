@@ -25,7 +25,7 @@ def test_the_first_sample_compiles_nothing(
     model = SteeringTorque() if steering else None
     more = {} if model is None else {"measurement_model": model}
     observer = kind(model=Model(), values={"k": 2.4e6}, rig=RIG, **more)
-    observer.precompile()
+    observer.prepare()
     count = len(begun)
     first = Sample(psi=0.1, psi_dot=0.0, F_N=400.0, dt=0.01, M_z=0.3, M=0.3)
     estimate = observer.estimate(observer.step(observer.init(first), first))

@@ -156,10 +156,10 @@ def test_the_share_of_the_weaker_direction_is_that_of_a_model_with_one_friction(
     }
 
     # 1 and 1.25 have the mean 1.125.
-    assert Ekf(**settings).weaker_direction_deficit == pytest.approx(0.125 / 1.125)
-    assert Ekf(model=Model(), values={"k": K}, rig=RIG).weaker_direction_deficit == 0.0
+    assert Ekf(**settings).weaker == pytest.approx(0.125 / 1.125)
+    assert Ekf(model=Model(), values={"k": K}, rig=RIG).weaker == 0.0
     with pytest.raises(InvalidInputError, match="a state for each direction"):
-        _ = Ekf(**settings, measurement_model=DirectionalFriction()).weaker_direction_deficit
+        _ = Ekf(**settings, measurement_model=DirectionalFriction()).weaker
 
 
 def test_directions_are_exchanged_where_the_torque_changes_sign() -> None:
