@@ -133,7 +133,7 @@ class PlanRequest:
         self, planned: "Plan", finals: list[Path], car: "Vehicle | None", noise: float, *, counts_k: bool
     ) -> None:
         """Print what the plan tells on each ground; a target that is missed on one is a fault."""
-        from brushgrip.estimation.friction_uncertainty_budget import declared_uncertainty_text
+        from brushgrip.estimation.friction_budget import declared_uncertainty_text
         from brushgrip.outputs.console import print_line, print_table, show_json
         from brushgrip.outputs.plan_texts import plan_document, rows_by_ground
         from observers.planning.forecast import ENOUGH, RUNS

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from brushgrip.estimation.friction_at_common_load import at_load, common_load
-from brushgrip.estimation.friction_uncertainty_budget import friction_uncertainty_budget
+from brushgrip.estimation.friction_budget import friction_budget
 from brushgrip.estimation.observe_recording import (
     FrictionTrack,
     aligning_torque_is_measured,
@@ -21,7 +21,7 @@ from identification.selection.trial_runner import Submit, results_of, run_in_thi
 from observers import GroundFriction, SelfConsistency, friction_spread, ground_friction, self_consistency
 from symbolic import Rig
 from symbolic.patch_moment import full_slide_arm
-from symbolic.tables.found_model import is_stiffness_implausible
+from symbolic.tables.found_model import has_implausible_stiffness
 from symbolic.trajectory_sensitivity import memory_for_full_slide
 
 _TrackAndConsistency = tuple[FrictionTrack, SelfConsistency]
@@ -37,7 +37,7 @@ FIGURES = ("settling", "drift", "relative_band", "coverage", "reference_coverage
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class AssumedAndFoundFriction:
+class FrictionByBothModels:
     """Friction by the EKF on the assumed model, k as given (before), and on the model found (after)."""
 
     before: Stage
@@ -73,11 +73,11 @@ class AssumedAndFoundFriction:
         return [name for name, track in self.tracks_of().items() if track.last_usable is None]
 
     @property
-    def tracks_by_every_observer(self) -> tuple[FrictionTrack, ...]:
+    def all_tracks(self) -> tuple[FrictionTrack, ...]:
         """All tracks of the recordings that have one by every observer."""
         return tuple(track for track in self.tracks if track.name in self.tracks_of(MHE_FOUND))
 
-    def training_and_holdout_names(self) -> dict[str, tuple[str, ...]]:
+    def names_by_group(self) -> dict[str, tuple[str, ...]]:
         """Names of the training and, where there are any, of the held-out recordings."""
         training = tuple(name for name in self.before if name not in self.holdout)
         return {"training": training, **({"holdout": self.holdout} if self.holdout else {})}
@@ -95,27 +95,20 @@ class AssumedAndFoundFriction:
 
     def last_band_by_ground(self, label: str = EKF_FOUND) -> dict[str, GroundFriction]:
         """Those of `further` that have a band for a further recording."""
-        return {
-            ground: one
-            for ground, one in self.last_usable_by_ground(label).items()
-            if one.further is not None
-        }
+        usable = self.last_usable_by_ground(label)
+        return {ground: one for ground, one in usable.items() if one.further is not None}
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `friction` in `diagnosis.json`."""
         named = {ground: names for ground, names in self.grounds.items() if ground}
+        groups = self.names_by_group()
         return {
             name: {
                 "mean": settling_and_coverage(stage, stage),
-                **{
-                    g: {"mean": settling_and_coverage(stage, names)}
-                    for g, names in self.training_and_holdout_names().items()
-                },
+                **{g: {"mean": settling_and_coverage(stage, names)} for g, names in groups.items()},
                 # Coefficient of variation of the final mu_eff; None below two recordings.
                 "spread": {g: friction_spread([stage[n] for n in names]) for g, names in named.items()},
-                "further": {
-                    ground: asdict(one) for ground, one in self.last_usable_by_ground(label).items()
-                },
+                "further": {g: asdict(one) for g, one in self.last_usable_by_ground(label).items()},
                 "load": self.load if stage is self.after else None,
                 "inclination": self.inclination if stage is self.after else None,
                 "without_stand_ins": dict(self.without_stand_ins) if stage is self.after else {},
@@ -174,7 +167,7 @@ def friction_by_both_models(
     diagnosis: Diagnosis,
     submit: Submit = run_in_this_process,
     by_inclination: Sequence[Recording] | None = None,
-) -> AssumedAndFoundFriction | None:
+) -> FrictionByBothModels | None:
     """The EKF over every recording by both models; None where a recording has no aligning torque.
 
     None, too, where k of the model is of another scale than the declared one. The moving-horizon
@@ -191,7 +184,7 @@ def friction_by_both_models(
     fitted = _model_with_values_of_recordings(diagnosis)
     on_rig = [r for r in recordings if r.standstills is None]
     stiffness = ((found.values_for_estimation(r.ground)["k"], r) for r in on_rig)
-    if any(is_stiffness_implausible(k, r.tyre.k, r.rig.tolerances.k) for k, r in stiffness):
+    if any(has_implausible_stiffness(k, r.tyre.k, r.rig.tolerances.k) for k, r in stiffness):
         return None
     load = common_load(found, recordings)
     pairs = list(zip(recordings, of_found, strict=True))
@@ -211,7 +204,7 @@ def friction_by_both_models(
             for label, (observer, model, some) in runs.items()
         }
     )
-    return AssumedAndFoundFriction(
+    return FrictionByBothModels(
         before={r.name: outcomes[EKF_DECLARED][r.name][1] for r in recordings},
         after={r.name: outcomes[EKF_FOUND][r.name][1] for r in recordings},
         grounds=grounds,
@@ -271,9 +264,7 @@ def _tracks(
             friction_track(observer, recording, estimates, MODELS[model is not None]),
             reference=reference,
             reference_label="μ_eff fitted to the whole recording",
-            budget=friction_uncertainty_budget(factory, recording, used, estimates)
-            if with_budget
-            else {},
+            budget=friction_budget(factory, recording, used, estimates) if with_budget else {},
         )
         observed[recording.name] = track, self_consistency(estimates, reference)
     return observed

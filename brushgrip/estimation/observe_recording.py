@@ -12,7 +12,7 @@ from brushgrip.estimation.friction_by_direction import (
     gated_by_single_friction,
     observer_with_single_friction,
 )
-from brushgrip.estimation.signal_map_remedy import remedy_with_file_channels
+from brushgrip.estimation.signal_map_remedy import remedy_by_channel
 from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.inputs.option_values import ChosenTuning
 from identification import FoundModel, Recording, Standstills
@@ -37,11 +37,7 @@ from observers import (
     smooth,
     tuning_for,
 )
-from observers.quality.usable_stretches import (
-    first_steadily_usable_index,
-    last_uncontradicted,
-    usable_held_between_torques,
-)
+from observers.quality.usable_stretches import last_uncontradicted, steady_index, usable_held
 from symbolic import InvalidInputError, Model, rig_of
 from symbolic.float_array import Array
 
@@ -90,9 +86,7 @@ class FrictionTrack:
     @property
     def last_usable(self) -> int | None:
         """As `observers.quality.usable_stretches.last_usable`."""
-        return last_uncontradicted(
-            self.usable, self.inconsistent, self._last_ground_first_sample, self.turn
-        )
+        return last_uncontradicted(self.usable, self.inconsistent, self._ground_begin, self.turn)
 
     @property
     def ends_early(self) -> bool:
@@ -102,10 +96,10 @@ class FrictionTrack:
     @property
     def usable_since(self) -> int:
         """The sample since which the last usable friction, which there has to be, was steadily so."""
-        return first_steadily_usable_index(self.t, self.usable, self._last_ground_first_sample)
+        return steady_index(self.t, self.usable, self._ground_begin)
 
     @property
-    def _last_ground_first_sample(self) -> int:
+    def _ground_begin(self) -> int:
         return int(np.searchsorted(self.t, self.changes[-1])) if self.changes.size else 0
 
 
@@ -134,7 +128,7 @@ def model_observer(
         # A causal observer cannot know what was fitted to a whole recording, such as its torque zero.
         model = found.model
         values = found.values_for_estimation(recording.ground, tared=is_first_torque_zero(recording))
-        rig = found.rig_with_stiffness_tolerance(recording.rig, recording.tyre.k, recording.ground)
+        rig = found.rig_for_stiffness(recording.rig, recording.tyre.k, recording.ground)
     measurement_model: MeasurementModel = SteeringTorque()
     if (car := recording.standstills) is not None:
         measurement_model = RackForce.of(car.vehicle, brakes=car.brakes[0])
@@ -204,7 +198,7 @@ def observe(
         observer = factory(recording, found)
     except InvalidInputError as error:
         raise InvalidInputError(
-            f"{recording.name}: {remedy_with_file_channels(recording, str(error))}"
+            f"{recording.name}: {remedy_by_channel(recording, str(error))}"
         ) from None
     if not smoothed:
         single = observer_with_single_friction(observer)
@@ -294,7 +288,7 @@ def friction_track(
         t=estimates.t,
         mu=mu_eff_or_mu(estimates),
         mu_std=estimates.mu_eff_std,
-        usable=usable_held_between_torques(estimates),
+        usable=usable_held(estimates),
         changes=estimates.t[estimates.status & Status.RESET != 0],
         inconsistent=(estimates.status & Status.INCONSISTENT != 0) & estimates.has_measured_torque,
         turn=estimates.turn,

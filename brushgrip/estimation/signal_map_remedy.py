@@ -126,7 +126,7 @@ def _remedy_if_torque_is_scaled(recording: Recording, torque: str, scale: float)
     return f"{told}; if the torque is in {other}: {corrected_map(recording.sources, entry)}"
 
 
-def remedy_with_file_channels(recording: Recording, text: str) -> str:
+def remedy_by_channel(recording: Recording, text: str) -> str:
     """The text, with the channel of the file where it proposes to take M_z from the column M."""
     source = _source(recording, "M")
     turned = {"M_z": replace(source, factor=-source.factor)}

@@ -61,7 +61,7 @@ def implausibility_lines(recordings: Sequence[Recording]) -> list[str]:
 def doubtful_inputs(recordings: Sequence[Recording]) -> dict[str, str]:
     """Those lines, and one where a torque seems to end by its sensor, each with its note."""
     noted = {line: f"{SUSPECTED}: {line}" for line in implausibility_lines(recordings)}
-    ends = [f"{r.name}: {end}" for r in recordings if (end := undeclared_sensor_range_note(r))]
+    ends = [f"{r.name}: {end}" for r in recordings if (end := unknown_range_note(r))]
     return noted | {line: f"{MAY_END}: {line}" for line in ends}
 
 
@@ -233,7 +233,7 @@ def weaker_direction_share_and_note(
     return below, told * bool(below >= MIN_REPORTED_SHARE)
 
 
-def sensor_range_reached_note(recording: Recording) -> str:
+def range_reached_note(recording: Recording) -> str:
     """That the torque reached its sensor's range, and what follows; empty if not, or none is known."""
     share = share_beyond_range(recording)
     if share <= MIN_REPORTED_SHARE:
@@ -245,7 +245,7 @@ def sensor_range_reached_note(recording: Recording) -> str:
     )
 
 
-def undeclared_sensor_range_note(recording: Recording) -> str:
+def unknown_range_note(recording: Recording) -> str:
     """That the sensor of the torque seems to end, where no range is declared; empty if it does not."""
     if recording.standstills is not None or recording.rig.range is not None:
         return ""

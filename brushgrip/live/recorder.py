@@ -51,10 +51,7 @@ def _mdf_writer(path: Path, names: Sequence[str]) -> Iterator[Write]:
             file.save(whole)
 
 
-FORMATS = {
-    ".parquet": ("pyarrow", "live", _parquet_writer),
-    ".mf4": ("asammdf", "mdf", _mdf_writer),
-}
+FORMATS = {".parquet": ("pyarrow", "live", _parquet_writer), ".mf4": ("asammdf", "mdf", _mdf_writer)}
 """Library, extra that installs it, and writer by the end of a file's name."""
 
 

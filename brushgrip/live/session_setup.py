@@ -58,7 +58,7 @@ def source_and_estimator(
         raise InvalidInputError(f"{where}: needs the rig, --rig rig.toml, or --vehicle car.toml")
     rig, tyre = nominal
     if found is not None:
-        found.rig_with_stiffness_tolerance(rig, tyre.k, ground)
+        found.rig_for_stiffness(rig, tyre.k, ground)
         if taken := found.ground_used_text(ground):
             print_line(taken)
     estimator = WheelRowEstimator(

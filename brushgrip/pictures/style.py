@@ -63,7 +63,7 @@ def figure_saved_as_png(path: Path, height: float, width: float = WIDTH) -> Iter
             FigureCanvasSVG(figure).print_svg(path.with_suffix(".svg"), metadata=_NO_METADATA)  # type: ignore[no-untyped-call]
 
 
-def draw_png_and_svg(
+def picture_as_png_and_svg(
     draw: Callable[..., None], name: str, content: Sequence[Any], wanted: bool
 ) -> tuple[bytes, bytes | None]:
     """A picture as PNG and, where wanted, as SVG: what `draw` makes of a path and the content."""

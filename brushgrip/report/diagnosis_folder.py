@@ -9,7 +9,7 @@ from typing import Any
 
 import identification
 from brushgrip.estimation import assumed_and_found_friction
-from brushgrip.estimation.assumed_and_found_friction import AssumedAndFoundFriction
+from brushgrip.estimation.assumed_and_found_friction import FrictionByBothModels
 from brushgrip.outputs.atomic import write_utf8
 from brushgrip.outputs.console import print_line, progress, show_json
 from brushgrip.outputs.provenance import KEY, Provenance, digest_of, remove_earlier
@@ -55,7 +55,7 @@ def diagnose_and_write(
     notes: Sequence[str] = (),
     with_inclination: Callable[[float], Sequence[Recording]] | None = None,
     **options: Any,
-) -> tuple[dict[str, Any], Diagnosis, AssumedAndFoundFriction | None]:
+) -> tuple[dict[str, Any], Diagnosis, FrictionByBothModels | None]:
     """Searches, estimates friction by what was found, and writes all results into an existing folder.
 
     Options are those of `identification.diagnose`; the notes go before its own; `with_inclination`
@@ -74,9 +74,7 @@ def diagnose_and_write(
     model = json.loads(model_text(result)) | {KEY: dict(provenance)}
     write_utf8(folder / MODEL, json_text(model))
     told = {**provenance, "model": {"name": MODEL, "sha256": digest_of(folder / MODEL)}}
-    write_report(
-        folder, result, outcome.tracks_by_every_observer if outcome else (), outcome, told, submit
-    )
+    write_report(folder, result, outcome.all_tracks if outcome else (), outcome, told, submit)
     content = result.to_dict() | {
         "friction": outcome.to_dict() if outcome else None,
         KEY: {**told, "files": sorted({DIAGNOSIS, *(path.name for path in folder.iterdir())})},
@@ -90,7 +88,7 @@ def clean_up_and_print(
     earlier: Sequence[str],
     content: dict[str, Any],
     diagnosis: Diagnosis,
-    outcome: AssumedAndFoundFriction | None,
+    outcome: FrictionByBothModels | None,
 ) -> None:
     """Removes what an earlier run wrote and this one did not, and says what was found."""
     written = content[KEY]["files"]

@@ -1,6 +1,6 @@
 """The stiffness that was found, what it may mean, and what friction is then, in words."""
 
-from brushgrip.estimation.assumed_and_found_friction import AssumedAndFoundFriction
+from brushgrip.estimation.assumed_and_found_friction import FrictionByBothModels
 from brushgrip.wording.formatting import band_decimals, listed, sentence
 from identification import Diagnosis
 from identification.diagnosis.found_vs_declared_stiffness import OFF_STIFFNESS
@@ -18,7 +18,7 @@ def stiffness_explanations(diagnosis: Diagnosis) -> list[str]:
     return [sentence(one) for one in (f"{head}; these recordings do not tell why", *cases.split("; "))]
 
 
-def stiffness_deviation_phrase(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction) -> str:
+def stiffness_deviation_phrase(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> str:
     """How far the stiffness is from the declared one, and what friction is else, a phrase."""
     comes = "tyres and what yields beside them come" if diagnosis.of_car else "the tyre comes"
     farthest = " at the farthest" * (len(_stiffness_notes(diagnosis)) > 1)
@@ -39,7 +39,7 @@ def stiffness_tolerance_sentence(diagnosis: Diagnosis) -> str:
     )
 
 
-def stiffness_doubt_and_range(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction) -> tuple[str, str]:
+def stiffness_doubt_and_range(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> tuple[str, str]:
     """What friction may be else, and between which ends, by a stiffness that was not declared."""
     ratio, read = diagnosis.stiffness_ratio, "force" if diagnosis.of_car else "torque"
     if_wrong = friction_if_stiffness_is_wrong(diagnosis, outcome)
@@ -53,7 +53,7 @@ def stiffness_doubt_and_range(diagnosis: Diagnosis, outcome: AssumedAndFoundFric
     )
 
 
-def friction_if_stiffness_is_wrong(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction) -> list[str]:
+def friction_if_stiffness_is_wrong(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> list[str]:
     """Friction of each ground if the torque, then if the half-length makes the stiffness what it is."""
     bands, ratio = outcome.last_band_by_ground(), diagnosis.stiffness_ratio
     if not bands or ratio == 1 or len(_stiffness_notes(diagnosis)) != 1:
@@ -69,7 +69,7 @@ def _stiffness_notes(diagnosis: Diagnosis) -> list[str]:
     return [note for note in diagnosis.notes if note.startswith(OFF_STIFFNESS)]
 
 
-def _possible_friction_text(outcome: AssumedAndFoundFriction, ratio: float) -> str:
+def _possible_friction_text(outcome: FrictionByBothModels, ratio: float) -> str:
     """Friction of each ground with a band, from end to end of it and of the same over a ratio."""
     told = []
     for ground, one in outcome.last_band_by_ground().items():

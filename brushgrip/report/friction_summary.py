@@ -5,7 +5,7 @@ from itertools import chain, combinations
 
 import numpy as np
 
-from brushgrip.estimation.assumed_and_found_friction import AssumedAndFoundFriction
+from brushgrip.estimation.assumed_and_found_friction import FrictionByBothModels
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.wording.formatting import band_decimals, listed, sentence
 from brushgrip.wording.friction_in_words import status_in_words, with_95_band
@@ -26,7 +26,7 @@ IN_PLAIN_WORDS = {
 }
 """Causes of a band for somebody who knows no tyre model."""
 GROUP_LABELS = {"training": "training", "holdout": "validation"}
-"""Labels of `AssumedAndFoundFriction.training_and_holdout_names`."""
+"""Labels of `FrictionByBothModels.names_by_group`."""
 
 
 LEAST_TOLD = 0.5
@@ -48,7 +48,7 @@ def last_usable_friction_text(track: FrictionTrack) -> str:
 
 
 def variance_shares_by_cause(
-    outcome: AssumedAndFoundFriction, ground: str | None = None
+    outcome: FrictionByBothModels, ground: str | None = None
 ) -> dict[str, float]:
     """Shares of the variance of the last usable friction by cause, on a ground or on all [1]."""
     squares: dict[str, float] = {}
@@ -60,7 +60,7 @@ def variance_shares_by_cause(
     return {cause: square / whole for cause, square in sorted(squares.items(), key=lambda s: -s[1])}
 
 
-def causes_of_band_text(outcome: AssumedAndFoundFriction) -> str:
+def causes_of_band_text(outcome: FrictionByBothModels) -> str:
     """What the bands are made of, and what of it all recordings share; empty where that is not known."""
     shares = variance_shares_by_cause(outcome)
     if not shares:
@@ -116,18 +116,18 @@ def _why_not_usable(track: FrictionTrack) -> Status:
     return track.last_status | Status.INCONSISTENT if unexplained else track.last_status
 
 
-def is_by_declared_vehicle(outcome: AssumedAndFoundFriction, diagnosis: Diagnosis) -> bool:
+def is_by_declared_vehicle(outcome: FrictionByBothModels, diagnosis: Diagnosis) -> bool:
     """Whether friction is told by a vehicle as declared, not by what was found."""
     return diagnosis.of_car and outcome.inclination is None
 
 
-def model_behind_friction_text(outcome: AssumedAndFoundFriction, diagnosis: Diagnosis) -> str:
+def model_behind_friction_text(outcome: FrictionByBothModels, diagnosis: Diagnosis) -> str:
     """What friction is told by: the model found, or the vehicle as declared."""
     declared = is_by_declared_vehicle(outcome, diagnosis)
     return f"by the {'vehicle as declared' if declared else 'model found'}"
 
 
-def load_trend_in_words(outcome: AssumedAndFoundFriction, diagnosis: Diagnosis) -> str:
+def load_trend_in_words(outcome: FrictionByBothModels, diagnosis: Diagnosis) -> str:
     """That friction goes with the load from recording to recording, in sentences; else empty."""
     loads = median_loads(diagnosis)
     known = {
@@ -167,12 +167,12 @@ def _thin_pairs(values: Sequence[tuple[float, float]]) -> list[tuple[float, floa
     return [ordered[i] for i in at]
 
 
-def common_load_text(outcome: AssumedAndFoundFriction) -> str:
+def common_load_text(outcome: FrictionByBothModels) -> str:
     """The load that all friction is told at, where it changes with the load; else empty."""
     return "" if outcome.load is None else f" at a load of {outcome.load:.0f} N"
 
 
-def common_load_clause(outcome: AssumedAndFoundFriction) -> str:
+def common_load_clause(outcome: FrictionByBothModels) -> str:
     """That all friction is told at one load, a clause after a value; else empty."""
     told = common_load_text(outcome).removeprefix(" at")
     return f"all converted to{told}, as friction changes with it" * bool(told)
@@ -188,7 +188,7 @@ def note_on_changing_friction(diagnosis: Diagnosis) -> str:
     )
 
 
-def ground_comparison_text(outcome: AssumedAndFoundFriction, diagnosis: Diagnosis) -> str:
+def ground_comparison_text(outcome: FrictionByBothModels, diagnosis: Diagnosis) -> str:
     """By how much grounds differ, and which these recordings do not tell apart, in sentences.
 
     Of many grounds that differ, only over that of the least friction. Empty for fewer than two.
@@ -216,7 +216,7 @@ def ground_comparison_text(outcome: AssumedAndFoundFriction, diagnosis: Diagnosi
     return " ".join(sentences)
 
 
-def _loads_differ_note(outcome: AssumedAndFoundFriction, diagnosis: Diagnosis, *grounds: str) -> str:
+def _loads_differ_note(outcome: FrictionByBothModels, diagnosis: Diagnosis, *grounds: str) -> str:
     """That loads on two grounds are so far apart that they may be why friction differs; else empty."""
     loads = median_loads(diagnosis)
     low, high = sorted(
@@ -241,7 +241,7 @@ def note_on_highest_loads(diagnosis: Diagnosis, names: Sequence[str]) -> str:
     return "; theirs are the highest loads" * highest
 
 
-def has_unusable_gap(outcome: AssumedAndFoundFriction) -> bool:
+def has_unusable_gap(outcome: FrictionByBothModels) -> bool:
     """Whether a track of the model found is not usable somewhere after its first usable sample."""
     tracks = outcome.tracks_of().values()
     return any((np.diff(track.usable.astype(int)) < 0).any() for track in tracks)

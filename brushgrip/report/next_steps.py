@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from math import sqrt
 from statistics import fmean
 
-from brushgrip.estimation.assumed_and_found_friction import AssumedAndFoundFriction
+from brushgrip.estimation.assumed_and_found_friction import FrictionByBothModels
 from brushgrip.estimation.suspicious_recordings import SUSPECTED
 from brushgrip.report.friction_and_found_stiffness import stiffness_explanations
 from brushgrip.report.friction_summary import is_band_mostly_from_spread, variance_shares_by_cause
@@ -63,7 +63,7 @@ OF_ZERO = {
 """What an effect is where a check at the rig may rule it out."""
 
 
-def next_steps(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction) -> list[str]:
+def next_steps(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> list[str]:
     """Measurements or actions that come next, the most urgent first, at most `MAX_STEPS`, each a phrase.
 
     Where nothing is open, what narrows the ± of friction.
@@ -125,7 +125,7 @@ def _steps_on_play(diagnosis: Diagnosis) -> list[str]:
     ]
 
 
-def _tolerances_to_declare(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction) -> list[str]:
+def _tolerances_to_declare(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> list[str]:
     """That tolerances are to be declared, and what that brings; empty where all are."""
     # Not k where that is to be declared first.
     parts = find_note(diagnosis, ASSUMED).partition(": ")[2].split(", ")
@@ -174,7 +174,7 @@ def _check_validation_wheel(diagnosis: Diagnosis) -> list[str]:
     ]
 
 
-def _more_recordings(outcome: AssumedAndFoundFriction) -> list[str]:
+def _more_recordings(outcome: FrictionByBothModels) -> list[str]:
     """That more recordings narrow the widest ± of those that are wide by how recordings differ."""
     wide = {
         g: one for g, one in outcome.last_usable_by_ground().items() if is_band_mostly_from_spread(one)
@@ -192,7 +192,7 @@ def _more_recordings(outcome: AssumedAndFoundFriction) -> list[str]:
     ]
 
 
-def _steps_to_narrow_band(outcome: AssumedAndFoundFriction, told_apart: Sequence[str]) -> list[str]:
+def _steps_to_narrow_band(outcome: FrictionByBothModels, told_apart: Sequence[str]) -> list[str]:
     """What narrows the ± of friction, if nothing says that yet."""
     cause = next(iter(variance_shares_by_cause(outcome)), "")
     said = cause in PART_OF_BAND.values() and told_apart
@@ -232,7 +232,7 @@ def what_experiments_separate(diagnosis: Diagnosis) -> str:
     return listed(pairs) + "; other explanations stay possible" * more
 
 
-def _best_possible_band_text(outcome: AssumedAndFoundFriction, *causes: str) -> str:
+def _best_possible_band_text(outcome: FrictionByBothModels, *causes: str) -> str:
     """What the bands of grounds are without what a remedy addresses; empty where none has a band."""
     changes = []
     for ground, one in outcome.last_band_by_ground().items():

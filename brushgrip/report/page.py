@@ -10,7 +10,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from brushgrip.estimation.assumed_and_found_friction import AssumedAndFoundFriction, found_model
+from brushgrip.estimation.assumed_and_found_friction import FrictionByBothModels, found_model
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.outputs.atomic import write_utf8
 from brushgrip.pictures.diagnosis import (
@@ -23,7 +23,7 @@ from brushgrip.pictures.diagnosis import (
     draw_residuals,
 )
 from brushgrip.pictures.friction import draw_friction, draw_friction_by_ground
-from brushgrip.pictures.style import draw_png_and_svg, is_drawn_by_us
+from brushgrip.pictures.style import is_drawn_by_us, picture_as_png_and_svg
 from brushgrip.report import (
     friction_summary,
     next_steps,
@@ -65,7 +65,7 @@ def write_report(
     folder: Path,
     diagnosis: Diagnosis,
     friction: Sequence[FrictionTrack] = (),
-    outcome: AssumedAndFoundFriction | None = None,
+    outcome: FrictionByBothModels | None = None,
     provenance: Mapping[str, Any] | None = None,
     submit: Submit = run_in_this_process,
 ) -> Path:
@@ -109,7 +109,7 @@ def _draw_pictures(
     folder: Path,
     diagnosis: Diagnosis,
     friction: Sequence[FrictionTrack],
-    outcome: AssumedAndFoundFriction | None,
+    outcome: FrictionByBothModels | None,
     submit: Submit,
 ) -> dict[str, bytes]:
     """Writes the pictures; returns those that the page takes as drawings, by names of files."""
@@ -137,7 +137,7 @@ def _draw_pictures(
         pictures["mechanisms"] = draw_mechanisms, [diagnosis]
     wanted = sum(series.t.size for series in diagnosis.series) <= _MAX_LINE_SAMPLES
     futures = {
-        f"{stem}.png": submit(draw_png_and_svg, draw, f"{stem}.png", content, wanted)
+        f"{stem}.png": submit(picture_as_png_and_svg, draw, f"{stem}.png", content, wanted)
         for stem, (draw, content) in pictures.items()
     }
     drawings = {}

@@ -6,7 +6,7 @@ from math import degrees
 from brushgrip.estimation.assumed_and_found_friction import (
     EKF_DECLARED,
     EKF_FOUND,
-    AssumedAndFoundFriction,
+    FrictionByBothModels,
     found_model,
 )
 from brushgrip.estimation.suspicious_recordings import weaker_direction_share_and_note
@@ -60,7 +60,7 @@ MAX_LISTED = 3
 """Recordings of a ground that are named one by one."""
 
 
-def friction_and_notes(outcome: AssumedAndFoundFriction | None) -> tuple[list[str], list[str]]:
+def friction_and_notes(outcome: FrictionByBothModels | None) -> tuple[list[str], list[str]]:
     """Friction of named grounds for a further recording, and notes on those without a band."""
     known: list[str] = []
     notes: list[str] = []
@@ -78,13 +78,13 @@ def friction_and_notes(outcome: AssumedAndFoundFriction | None) -> tuple[list[st
 
 
 def summary_mail_parts(
-    diagnosis: Diagnosis, outcome: AssumedAndFoundFriction | None, warning: str = ""
+    diagnosis: Diagnosis, outcome: FrictionByBothModels | None, warning: str = ""
 ) -> tuple[Parts, Parts]:
     """A mail of a few lines, what is acted on first, and what is to be known before acting on it.
 
     Each is a list of parts, a label and its items.
     """
-    told = outcome or AssumedAndFoundFriction(before={}, after={}, grounds={})
+    told = outcome or FrictionByBothModels(before={}, after={}, grounds={})
     known = told.is_known_in_any_recording
     asked = next_steps(diagnosis, told)
     # Names of grounds and recordings may hold a full stop.
@@ -160,7 +160,7 @@ def _nonempty_parts(parts: dict[str, list[str]]) -> Parts:
     return [(label, items) for label, items in filled.items() if items]
 
 
-def _friction(outcome: AssumedAndFoundFriction) -> str:
+def _friction(outcome: FrictionByBothModels) -> str:
     """Friction of every ground, and what it is made of."""
     grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
     bands = outcome.last_band_by_ground().values()
@@ -176,7 +176,7 @@ def _friction(outcome: AssumedAndFoundFriction) -> str:
     return f"{FRICTION} {line}."
 
 
-def _found_vehicle_note(outcome: AssumedAndFoundFriction, grounds: Sequence[str]) -> str:
+def _found_vehicle_note(outcome: FrictionByBothModels, grounds: Sequence[str]) -> str:
     """By which vehicle friction is told that was found, and what the declared one gives; else empty."""
     if outcome.inclination is None:
         return ""
@@ -188,7 +188,7 @@ def _found_vehicle_note(outcome: AssumedAndFoundFriction, grounds: Sequence[str]
     )
 
 
-def _band_meaning_lines(outcome: AssumedAndFoundFriction, read: str) -> list[str]:
+def _band_meaning_lines(outcome: FrictionByBothModels, read: str) -> list[str]:
     """How often the ± of grounds and of recordings that are named holds; what is read gives both."""
     bands = outcome.last_band_by_ground()
     lines = [
@@ -208,7 +208,7 @@ def _band_meaning_lines(outcome: AssumedAndFoundFriction, read: str) -> list[str
     return lines
 
 
-def _why_band_is_wide(outcome: AssumedAndFoundFriction) -> str:
+def _why_band_is_wide(outcome: FrictionByBothModels) -> str:
     """What makes the ± wide where recordings agree, in a sentence; empty where they do not."""
     shares = variance_shares_by_cause(outcome)
     if not shares or any(
@@ -220,7 +220,7 @@ def _why_band_is_wide(outcome: AssumedAndFoundFriction) -> str:
     return f" The recordings agree; what makes the ± wide is, above all, {words}."
 
 
-def _weaker_direction_text(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction) -> str:
+def _weaker_direction_text(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> str:
     """How much less the ground holds in one direction by the model found; empty for both alike."""
     found = found_model(diagnosis)
     told: dict[str, list[str]] = {}
@@ -238,7 +238,7 @@ def _weaker_direction_text(diagnosis: Diagnosis, outcome: AssumedAndFoundFrictio
     return sentence(f"{line} (unproven)" if unproven else line) * bool(parts)
 
 
-def _differences(outcome: AssumedAndFoundFriction, ground: str, friction: GroundFriction) -> str:
+def _differences(outcome: FrictionByBothModels, ground: str, friction: GroundFriction) -> str:
     """How recordings on a ground differ, where that is most of its band's variance; else empty."""
     if not is_band_mostly_from_spread(friction):
         return ""
@@ -249,7 +249,7 @@ def _differences(outcome: AssumedAndFoundFriction, ground: str, friction: Ground
     )
 
 
-def _on_ground(outcome: AssumedAndFoundFriction, ground: str, label: str = EKF_FOUND) -> str:
+def _on_ground(outcome: FrictionByBothModels, ground: str, label: str = EKF_FOUND) -> str:
     """Friction on a ground in a phrase: for a further recording, or else of each."""
     where = f" on {ground}" * bool(ground)
     if band := outcome.last_band_by_ground(label).get(ground):
@@ -263,7 +263,7 @@ def _on_ground(outcome: AssumedAndFoundFriction, ground: str, label: str = EKF_F
     return (listed(values) or "not known") + where
 
 
-def _open_questions(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction) -> list[str]:
+def _open_questions(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> list[str]:
     """What the recordings leave open, each in a phrase."""
     parts = []
     if never := outcome.recordings_without_friction():

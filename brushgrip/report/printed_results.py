@@ -2,25 +2,17 @@
 
 from collections.abc import Mapping
 
-from brushgrip.estimation.assumed_and_found_friction import AssumedAndFoundFriction, found_model
+from brushgrip.estimation.assumed_and_found_friction import FrictionByBothModels, found_model
 from brushgrip.outputs.console import print_line, print_table, print_text, warn
 from brushgrip.report.friction_summary import causes_of_band_text
-from brushgrip.report.plain_summary import (
-    friction_and_notes,
-    repeatability_in_words,
-    summary_mail_parts,
-)
-from brushgrip.report.tables import (
-    errors_by_stage,
-    friction_by_recording,
-    settling_and_coverage_table,
-)
+from brushgrip.report.plain_summary import friction_and_notes, repeatability_in_words, summary_mail_parts
+from brushgrip.report.tables import errors_by_stage, friction_by_recording, settling_and_coverage_table
 from brushgrip.report.validity_and_missing_effects import notes_not_in_text
 from brushgrip.report.verdict import verdict
 from brushgrip.wording.diagnosis_in_words import (
     GRADES,
     experiment_in_words,
-    grade_reason_sentence,
+    grade_reason,
     headline,
     mechanism,
     model_use_text,
@@ -66,7 +58,7 @@ def print_ground_values(grounds: Mapping[str, str | None], found: FoundModel | N
 
 
 def print_diagnosis(
-    diagnosis: Diagnosis, outcome: AssumedAndFoundFriction | None = None, warning: str = ""
+    diagnosis: Diagnosis, outcome: FrictionByBothModels | None = None, warning: str = ""
 ) -> None:
     """Print the finding, friction, errors, effects and what is unexplained; a warning goes first."""
     if warning:
@@ -98,9 +90,7 @@ def print_diagnosis(
         )
     for effect in diagnosis.effects:
         if effect.grade != "strong":
-            print_text(
-                f"{effect_words(effect.name)}, {GRADES[effect.grade]}: {grade_reason_sentence(effect)}"
-            )
+            print_text(f"{effect_words(effect.name)}, {GRADES[effect.grade]}: {grade_reason(effect)}")
     for letter, (_, proposal) in proposed_recordings(diagnosis).items():
         print_text(f"next recording {letter}: {experiment_in_words(proposal)}")
     for proposal in (e.experiment for e in diagnosis.effects if e.experiment):

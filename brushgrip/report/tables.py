@@ -7,10 +7,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from brushgrip.estimation.assumed_and_found_friction import (
-    AssumedAndFoundFriction,
-    settling_and_coverage,
-)
+from brushgrip.estimation.assumed_and_found_friction import FrictionByBothModels, settling_and_coverage
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.report.friction_summary import (
     FIGURE_TEXTS,
@@ -50,7 +47,7 @@ class ReportTable:
     narrow: bool = False  # No wider than its content.
 
 
-def friction_by_recording(friction: AssumedAndFoundFriction, diagnosis: Diagnosis) -> ReportTable:
+def friction_by_recording(friction: FrictionByBothModels, diagnosis: Diagnosis) -> ReportTable:
     """Friction of each recording, by ground: what the first screen shows."""
     tracks, named = friction.tracks_of(), any(friction.grounds)
     loads = median_loads(diagnosis)
@@ -80,10 +77,10 @@ def friction_by_recording(friction: AssumedAndFoundFriction, diagnosis: Diagnosi
     )
 
 
-def settling_and_coverage_table(friction: AssumedAndFoundFriction, diagnosis: Diagnosis) -> ReportTable:
+def settling_and_coverage_table(friction: FrictionByBothModels, diagnosis: Diagnosis) -> ReportTable:
     """Figures of settling and coverage before → after for each group, each with what it means."""
     rows = []
-    groups = dict(reversed(friction.training_and_holdout_names().items()))
+    groups = dict(reversed(friction.names_by_group().items()))
     stages = (friction.before, friction.after)
     for figure, (label, factor, text, words) in FIGURE_TEXTS.items():
         cells = []
@@ -111,9 +108,8 @@ def friction_by_observer(tracks: Sequence[FrictionTrack]) -> ReportTable:
     alike: dict[tuple[str, ...], list[str]] = {}
     for t in tracks:
         reference = "–" if t.reference is None else f"{t.reference:.3f}"
-        alike.setdefault(
-            (t.name, last_usable_friction_text(t), reference, usable_span_text(t)), []
-        ).append(t.label)
+        shown = (t.name, last_usable_friction_text(t), reference, usable_span_text(t))
+        alike.setdefault(shown, []).append(t.label)
     return ReportTable(
         caption="Friction μ_eff ± 95 % band at the last usable sample; observers that agree share a row"
         + (f". Reference: {listed(list(labels))} afterwards" if labels else ""),

@@ -8,11 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.estimation.assumed_and_found_friction import (
-    EKF_DECLARED,
-    EKF_FOUND,
-    AssumedAndFoundFriction,
-)
+from brushgrip.estimation.assumed_and_found_friction import EKF_DECLARED, EKF_FOUND, FrictionByBothModels
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import digest_of
@@ -102,7 +98,7 @@ def notes_not_in_text(diagnosis: Diagnosis, told: str) -> list[str]:
     ]
 
 
-def missing_effects(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction | None = None) -> list[str]:
+def missing_effects(diagnosis: Diagnosis, outcome: FrictionByBothModels | None = None) -> list[str]:
     """What the assumed model leaves out (`LEFT_OUT`), an item each; empty where nothing is certain.
 
     With an outcome its friction, by the model found, was told before.
@@ -153,7 +149,7 @@ def unclear_result_text(diagnosis: Diagnosis) -> str:
     return told + rest * unknown.present
 
 
-def _no_stand_ins_clause(them: str, outcome: AssumedAndFoundFriction) -> str:
+def _no_stand_ins_clause(them: str, outcome: FrictionByBothModels) -> str:
     """Friction without the stand-ins, a clause; empty where that is not known."""
     changes: dict[str, list[str]] = {}
     for ground, ratio in outcome.without_stand_ins.items():
@@ -199,7 +195,7 @@ def _family_of(name: str) -> str:
     return EFFECTS[name].family if name in EFFECTS else "other"
 
 
-def benefit_for_friction(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction) -> str:
+def benefit_for_friction(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> str:
     """What the model found changes for friction, in a sentence; empty where it changes nothing."""
     declared, found = (list(outcome.tracks_of(label).values()) for label in (EKF_DECLARED, EKF_FOUND))
     if is_by_declared_vehicle(outcome, diagnosis) or not diagnosis.effects or not declared or not found:

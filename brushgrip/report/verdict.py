@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from brushgrip.estimation.assumed_and_found_friction import AssumedAndFoundFriction
+from brushgrip.estimation.assumed_and_found_friction import FrictionByBothModels
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.report.friction_and_found_stiffness import stiffness_deviation_phrase
 from brushgrip.report.friction_summary import is_band_mostly_from_spread, load_trend_in_words
@@ -45,7 +45,7 @@ class Doubt(NamedTuple):
     """Those that alone it is of; empty where it is of all."""
 
 
-def verdict(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction) -> tuple[str, list[str]]:
+def verdict(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> tuple[str, list[str]]:
     """One of the verdicts, and why, an item each."""
     if not outcome.is_known_in_any_recording:
         return NOTHING, []
@@ -73,7 +73,7 @@ def _doubts_that_hold(*cases: tuple[object, str, str]) -> list[Doubt]:
     return [Doubt(reason, before) for holds, reason, before in cases if holds]
 
 
-def _grave(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction) -> list[Doubt]:
+def _grave(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> list[Doubt]:
     """Doubts by which friction may be quite another."""
     whole, unknown = "car" if diagnosis.of_car else "rig", diagnosis.unexplained
     few = sum(len(outcome.known_tracks(ground)) for ground in outcome.grounds) < MIN_RECORDINGS
@@ -101,7 +101,7 @@ def _unknown_cause(diagnosis: Diagnosis) -> Doubt:
     )
 
 
-def _doubts_of_few_recordings(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction) -> list[Doubt]:
+def _doubts_of_few_recordings(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> list[Doubt]:
     """Doubts as there are few recordings."""
     if is_single_recording(diagnosis):
         return [Doubt("it rests on one recording, which nothing checks", "a second one agrees")]
@@ -159,7 +159,7 @@ def _of_effects(diagnosis: Diagnosis) -> list[Doubt]:
     )
 
 
-def _of_recordings(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction) -> list[Doubt]:
+def _of_recordings(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> list[Doubt]:
     """Doubts by how recordings differ, or as some give no value."""
     doubts = []
     for ground, one in outcome.last_band_by_ground().items():

@@ -9,14 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.estimation.friction_at_common_load import friction_load_text
+from brushgrip.estimation.friction_budget import STANDS, declared_uncertainty_text, friction_budget
 from brushgrip.estimation.friction_by_direction import (
     directional_friction_and_line,
     hidden_by_torque_zero_note,
-)
-from brushgrip.estimation.friction_uncertainty_budget import (
-    STANDS,
-    declared_uncertainty_text,
-    friction_uncertainty_budget,
 )
 from brushgrip.estimation.observe_recording import (
     ObserverFactory,
@@ -31,9 +27,9 @@ from brushgrip.estimation.suspicious_recordings import (
     implausibility_lines,
     inconsistency_remedy,
     load_outside_model_note,
-    sensor_range_reached_note,
+    range_reached_note,
     suspected_cause,
-    undeclared_sensor_range_note,
+    unknown_range_note,
     weaker_direction_share_and_note,
     why_not_acquired,
 )
@@ -169,11 +165,8 @@ def _estimate_and_write(task: EstimateTask) -> EstimateOutcome:
     of_car = recording.standstills is not None
     rates, at, budget, note = differing_sample_rates_note(recording), last_usable(estimates), {}, ""
     cause = "" if estimates.usable.any() else hardly_turned_note(recording)
-    doubts = [
-        sensor_range_reached_note(recording),
-        undeclared_sensor_range_note(recording),
-        constant_load_note(recording),
-    ]
+    notes = range_reached_note, unknown_range_note, constant_load_note
+    doubts = [note_of(recording) for note_of in notes]
     if at is None:
         cause = cause or suspected_cause(factory, recording, found, estimates) or doubts[0]
         cause = cause or hidden_by_torque_zero_note(observer, estimates)
@@ -186,7 +179,7 @@ def _estimate_and_write(task: EstimateTask) -> EstimateOutcome:
     way = str(directed.get("direction", ""))
     told = [estimates_summary(estimates, unusable, rates, way), line]
     if task.budget and not task.smooth:
-        budget = friction_uncertainty_budget(factory, recording, found, estimates)
+        budget = friction_budget(factory, recording, found, estimates)
         advised = ", or find what the model lacks (brushgrip diagnose)" * of_found
         told.append(band_composition_text(budget).replace(advised, ""))
     if at is None:
@@ -204,9 +197,8 @@ def _estimate_and_write(task: EstimateTask) -> EstimateOutcome:
         far = load_outside_model_note(recording.F_N, found.basis.loads if found.basis else None)
         doubts += [stiffness_note(values["k"], recording), far, at_load]
         if at is not None and not by_direction:
-            directed["weaker"], of_model = weaker_direction_share_and_note(
-                values, float(estimates.mu_eff[at]), float(estimates.mu_eff_std[at])
-            )
+            mu_eff, std = float(estimates.mu_eff[at]), float(estimates.mu_eff_std[at])
+            directed["weaker"], of_model = weaker_direction_share_and_note(values, mu_eff, std)
             doubts.append(of_model)
     doubts = [doubt for doubt in doubts if doubt != cause]
     note = BETWEEN.join(filter(None, (note, *doubts)))

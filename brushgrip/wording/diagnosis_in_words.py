@@ -142,7 +142,7 @@ def mechanism(effect: FoundEffect) -> str:
     return _family(effect.family, [replace(effect, grade="strong")])
 
 
-def grade_reason_sentence(effect: FoundEffect) -> str:
+def grade_reason(effect: FoundEffect) -> str:
     """Why an effect has its grade, in one sentence."""
     errors, rivals = effect.standard_errors, rivals_of(effect)
     fall = (

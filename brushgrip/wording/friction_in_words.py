@@ -11,11 +11,11 @@ from observers.estimates import BAND_STDS
 from observers.planning.uncertainty_budget import REST, SLOPE
 from observers.protocol import UNCHECKED, uninformed_remedy
 from observers.quality.usable_stretches import (
-    estimates_on_previous_ground,
     last_ground_change_index,
     last_usable,
+    on_previous_ground,
     steadily_usable_since,
-    unexplained_torque_mask,
+    unexplained_samples,
 )
 from observers.tuning import OF_LENGTHS, OF_LOAD, OF_SCALE, OF_TUNING
 from symbolic import Rig
@@ -99,9 +99,7 @@ def band_composition_text(budget: Mapping[str, float]) -> str:
     digits, largest = band_decimals(half), sorted(budget.items(), key=lambda part: -part[1])
     remedy = how_to_narrow_band(largest[0][0])
     if AXLE_LOAD in budget:
-        remedy = (
-            TYRES_OF_CAR if remedy == OTHER_STIFFNESS else _remedy_with_option_names(remedy, of_car=True)
-        )
+        remedy = TYRES_OF_CAR if remedy == OTHER_STIFFNESS else _with_option_names(remedy, of_car=True)
     parts = (f"{name} {part:.{digits}f}" for name, part in largest if part >= LEAST_PART * half)
     return (
         f"the band ± {half:.{digits}f} is made of (the squares add up): {', '.join(parts)};"
@@ -157,10 +155,7 @@ def estimates_summary(
         parts.append(f"{rejected} {_plural(rejected, 'sample')} rejected")
     changes = int(np.count_nonzero(estimates.status & Status.RESET))
     known, before = last_usable(estimates) is not None, "" if way else friction_before_text(estimates)
-    doubted, told = (
-        _is_ground_change_doubtful(estimates),
-        f"; before {ground_change_text(estimates)} {before}",
-    )
+    doubted, told = _is_change_doubtful(estimates), f"; before {ground_change_text(estimates)} {before}"
     if changes > 1 or (changes and (doubted or not (known and before))):
         of_model = " or misfits of the model" * doubted
         parts.append(f"{changes} {_plural(changes, 'change')} of the ground{of_model}")
@@ -188,7 +183,7 @@ def unusable_samples_and_remedy(
         return estimates.t.size, UNCHECKED
     counts = {flag: int(np.count_nonzero(estimates.status & flag)) for flag in Status if flag}
     # What ends in a new ground is of its change, which is told where friction is known on it.
-    wrong = unexplained_torque_mask(estimates)
+    wrong = unexplained_samples(estimates)
     changing = (estimates.status & (Status.RESET | Status.INCONSISTENT) != 0) & ~wrong
     counts[Status.RESET] = int(changing.sum()) * (last_usable(estimates) is None)
     counts[Status.INCONSISTENT] = int(wrong.sum())
@@ -213,7 +208,7 @@ def unusable_samples_and_remedy(
         return counts[flag], _with_time_of_suspicion(estimates, f"{status_in_words(flag)}: {noise}")
     wide = estimates.is_too_uncertain if estimates.is_too_uncertain.any() else -1
     share = float(np.median((estimates.mu_std / estimates.mu)[wide]))
-    told = _remedy_with_option_names(flag.remedy or uninformed_remedy(share), of_car=of_car)
+    told = _with_option_names(flag.remedy or uninformed_remedy(share), of_car=of_car)
     return counts[flag], _with_time_of_suspicion(estimates, told)
 
 
@@ -229,7 +224,7 @@ def _with_time_of_suspicion(estimates: Estimates, told: str) -> str:
     return told.replace(at, when + "," * told.startswith(f"{at} "), 1)
 
 
-def _remedy_with_option_names(remedy: str, *, of_car: bool) -> str:
+def _with_option_names(remedy: str, *, of_car: bool) -> str:
     """A remedy that names options where it names values of a tuning, and keys of a vehicle file."""
     for name, key in OF_CAR.items() if of_car else ():
         remedy = remedy.replace(name, key)
@@ -270,18 +265,15 @@ def _unknown_friction_text(estimates: Estimates, way: str) -> str:
         return f"{told}: what was usable up to {last:.4g} s does not explain the torque that follows"
     at_change = f"{estimates.t[begin]:.4g} s"
     either = f"{told} since {at_change}: either the ground changed, or the model does not fit"
-    told = (
-        either
-        if _is_ground_change_doubtful(estimates)
-        else f"{told} since a new ground was noticed at {at_change}"
-    )
+    noticed = f"{told} since a new ground was noticed at {at_change}"
+    told = either if _is_change_doubtful(estimates) else noticed
     before = "" if way else friction_before_text(estimates)
     return f"{told}; before, {before}" if before else told
 
 
 def friction_before_text(estimates: Estimates) -> str:
     """What friction was before the last change of the ground; empty where it never changed."""
-    if (before := estimates_on_previous_ground(estimates)) is None:
+    if (before := on_previous_ground(estimates)) is None:
         return ""
     band = with_95_band(float(before.mu_eff[-1]), float(before.mu_eff_std[-1]))
     return f"it was {band} (usable from {steadily_usable_since(before)[0]:.3g} s)"
@@ -291,13 +283,13 @@ def ground_change_text(estimates: Estimates) -> str:
     """That the ground changed, and when last; empty where it never did."""
     if not (begin := last_ground_change_index(estimates)):
         return ""
-    fits = " or the model ceased to fit" * _is_ground_change_doubtful(estimates)
+    fits = " or the model ceased to fit" * _is_change_doubtful(estimates)
     return f"the ground changed{fits} at {estimates.t[begin]:.3g} s"
 
 
-def _is_ground_change_doubtful(estimates: Estimates) -> bool:
+def _is_change_doubtful(estimates: Estimates) -> bool:
     """Whether the model fails to explain so many samples that a change of the ground is in doubt."""
-    return bool(np.mean(unexplained_torque_mask(estimates)) > MIN_REPORTED_SHARE)
+    return bool(np.mean(unexplained_samples(estimates)) > MIN_REPORTED_SHARE)
 
 
 def _plural(count: int, noun: str) -> str:

@@ -10,7 +10,7 @@ from identification.reading.car_recordings import Standstills
 from identification.reading.declared_torques import JACKING
 from identification.reading.recordings import Recording
 from symbolic import USUAL, InvalidInputError
-from symbolic.tables.found_model import is_stiffness_implausible
+from symbolic.tables.found_model import has_implausible_stiffness
 from symbolic.vehicle.contact_about_kingpin import contact_growth_at_full_lock
 from symbolic.vehicle.steering import OF_LOCK, inclination_for_return_torque, jacking_torque, lock_angle
 
@@ -91,7 +91,7 @@ def stiffness_note(k: float, recording: Recording) -> str:
         f" {factor ** (1 / 3):.2f} at most; if {like} really so {soft}, friction is as told; if the"
         f" angle reads too {low}, friction is that of {fast} turning"
     )
-    refused = is_stiffness_implausible(k, declared, recording.rig.tolerances.k)
+    refused = has_implausible_stiffness(k, declared, recording.rig.tolerances.k)
     return f"{note} (estimate refuses this model)" if refused else note
 
 

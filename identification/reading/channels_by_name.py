@@ -187,16 +187,12 @@ def map_hint(
     }
     load = CONSTANT_LOAD if [*absent] == ["F_N"] and channels["F_N"] is None else ""
     ratio = SignalSource(channel="psi", ratio=signals.steering_ratio).ratio_hint if of_hand else ""
-    taken = (
-        ""
-        if "M_z" in of_hand
-        else _assumed_torque_note(channels.get("M_z") if "M_z" in guessed else None)
-    )
+    taken = "" if "M_z" in of_hand else _torque_note(channels.get("M_z") if "M_z" in guessed else None)
     which = f"; say which is which{IN_PYTHON * in_python}"
     return f"{load}{taken}{which}, such as {corrected_map({}, changed)}{ratio}"
 
 
-def _assumed_torque_note(channel: str | None) -> str:
+def _torque_note(channel: str | None) -> str:
     """Which torque a channel is taken for whose name does not tell, and how to say another one."""
     if channel is None or _OF_GROUND.search(channel):
         return ""

@@ -65,9 +65,7 @@ class Forecast:
         """Its first samples."""
         return Forecast(**{name: values[:end] for name, values in vars(self).items()})
 
-    def first_within_target(
-        self, target: float, most_torque: float = np.inf, first: int = 0
-    ) -> int | None:
+    def first_within(self, target: float, most_torque: float = np.inf, first: int = 0) -> int | None:
         """First usable sample, from `first` on, within the target; none after too great a torque."""
         good = np.flatnonzero(self.usable_deviations(most_torque)[first:] <= target)
         return first + int(good[0]) if good.size else None
@@ -172,7 +170,7 @@ class Forecaster:
             parts.append(np.vstack([output, torque])[:, :count])
             yield self._forecast(np.hstack(parts))
 
-    def forecast_until_target(
+    def to_target(
         self, path: SteeringPath, case: ForecastCase, F_N: float,
         target: float, most_torque: float, last: int, noise: Array | None = None, first: int = 0,
     ) -> tuple[int | None, float]:  # fmt: skip
@@ -182,7 +180,7 @@ class Forecaster:
         """
         deviation = 1.0
         for forecast in self.growing_forecasts(path, case, F_N, noise):
-            at = forecast.first_within_target(target, most_torque, first)
+            at = forecast.first_within(target, most_torque, first)
             if at is not None:
                 return at, float(forecast.deviation[at])
             deviation = min(1.0, float(forecast.usable_deviations(most_torque).min()))
@@ -240,7 +238,7 @@ class NoisyForecaster:
         """
         reached: list[int] = []
         for i, noise in enumerate(self.noise):
-            at, _ = self.forecaster.forecast_until_target(
+            at, _ = self.forecaster.to_target(
                 path, case, self.F_N, self.target, self.most_torque, last, noise
             )
             if at is not None:
@@ -249,9 +247,7 @@ class NoisyForecaster:
                 break
         return sorted(reached)
 
-    def forecast_until_target(
-        self, path: SteeringPath, case: ForecastCase, last: int
-    ) -> tuple[int | None, float]:
+    def to_target(self, path: SteeringPath, case: ForecastCase, last: int) -> tuple[int | None, float]:
         """First sample at which enough runs have reached the target, and it is met without noise too.
 
         Else None. With it the deviation there; where too few runs reach the target, less than that, the
@@ -259,7 +255,7 @@ class NoisyForecaster:
         """
         reached = self.reaching_target(path, case, last)
         if len(reached) >= self.enough:
-            return self.forecaster.forecast_until_target(
+            return self.forecaster.to_target(
                 path, case, self.F_N, self.target, self.most_torque, last,
                 first=reached[self.enough - 1],
             )  # fmt: skip

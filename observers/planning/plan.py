@@ -179,7 +179,7 @@ class _PathSearch:
                 return self.least[0]
             self.straight.add(swing.rate)
         missed: set[float] = set()
-        for reach in (self._forecast_until_target, self.noisy.forecast_until_target):
+        for reach in (self._forecast_until_target, self.noisy.to_target):
             costs = []
             for case in [case for case in self.order if case.mu not in missed]:
                 bound = self.least[0]
@@ -208,9 +208,7 @@ class _PathSearch:
         self, path: SteeringPath, case: ForecastCase, last: int
     ) -> tuple[int | None, float]:
         """`Forecaster.reach` without noise."""
-        return self.forecaster.forecast_until_target(
-            path, case, self.F_N, self.target, self.limits.torque, last
-        )
+        return self.forecaster.to_target(path, case, self.F_N, self.target, self.limits.torque, last)
 
     def cost_along_path(self, path: SteeringPath) -> Array:
         """The cost up to each sample."""
@@ -226,7 +224,7 @@ class _PathSearch:
         enough = self.noisy.enough
         # The sigma/mu that is shown has no noise: it has to be within the target there too.
         reached = [
-            one.first_within_target(self.target, self.limits.torque, of[enough - 1])
+            one.first_within(self.target, self.limits.torque, of[enough - 1])
             if len(of) >= enough
             else None
             for one, of in zip(whole, runs, strict=True)

@@ -272,7 +272,7 @@ class Probe:
         cost, travel = 0.0, path.travel
         for case in cases:
             last = min(int(np.searchsorted(travel, best * len(cases) - cost)), self._horizon)
-            at, deviation = self._forecaster.forecast_until_target(
+            at, deviation = self._forecaster.to_target(
                 path, case, F_N, self.target, self.limits.torque, last
             )
             cost += NEVER + deviation if at is None else float(travel[at])

@@ -178,9 +178,7 @@ def build_step_with_acquisition(
     M_z = ca.if_else(lifted, float("nan"), M_z)
     zero_std = _zero_std(own["F_N"], rig, fields)
     psi = _patch_angle_behind_gaps(model, own, psi, M_z, added + zero_std**2, theta)
-    tyre[1] = _equivalent_half_length(
-        model, own, newest_signals(measurement_model, parts, after), theta, rig
-    )
+    tyre[1] = _half_length(model, own, newest_signals(measurement_model, parts, after), theta, rig)
     reset = has_flag(named(OUTPUT, output)["status"], Status.RESET)
     changed, tracked = ca.logic_or(reset, own["lost"]), own["acquiring"] == 0
     restarts, anew = ca.logic_and(changed, tracked), ca.logic_or(own["lost"], reset * tracked)
@@ -218,7 +216,7 @@ def _zero_std(F_N: Expression, rig: Expression, tuning: Parts) -> Expression:
     return slide * share_of_full_slide(declared, slide, tuning["zero_std"])
 
 
-def _equivalent_half_length(
+def _half_length(
     model: Model, own: dict[str, Any], signals: Expression, theta: Expression, rig: Expression
 ) -> Expression:
     """The half-length [m] of `build_equivalent_contact`, whose loads are kept in own."""

@@ -81,19 +81,19 @@ class HypothesisMixture:
 
     def at_mode(self, name: str) -> Expression:
         """A part of the hypothesis with the greatest exponent."""
-        return _element_at_index(_last_argmax(self.exponent), self.parts[name])
+        return _element_at(_last_argmax(self.exponent), self.parts[name])
 
-    def mean_variance(self, quantity: Quantity, about: Expression) -> tuple[Expression, Expression]:
-        """Mean and variance of a quantity, the latter as `means_and_covariance` has it."""
+    def moments(self, quantity: Quantity, about: Expression) -> tuple[Expression, Expression]:
+        """Mean and variance of a quantity, the latter as `covariance` has it."""
 
         def twice(parts: Parts) -> tuple[Expression, Expression, Expression]:
             value, variance = quantity(parts)
             return value, value, variance
 
-        mean, _, variance = self.means_and_covariance(twice, about, about)
+        mean, _, variance = self.covariance(twice, about, about)
         return mean, variance
 
-    def means_and_covariance(
+    def covariance(
         self, pair: Pair, about: Expression, about_other: Expression
     ) -> tuple[Expression, Expression, Expression]:
         """Means of two quantities, and their covariance.
@@ -110,18 +110,16 @@ class HypothesisMixture:
         width = self.mean(offset**2) - along**2
         place = ca.fmin(ca.fmax(_last_argmax(self.unnormalised_weights), 1), len(RATIOS) - 2)
         places = [place + i for i in (-1, 0, 1)]
-        beside = [
-            {name: _element_at_index(at, part) for name, part in self.parts.items()} for at in places
-        ]
+        beside = [{name: _element_at(at, part) for name, part in self.parts.items()} for at in places]
         left, middle, right = (
-            _element_at_index(at, self.exponent) + ca.log(self.factor(parts))
+            _element_at(at, self.exponent) + ca.log(self.factor(parts))
             for at, parts in zip(places, beside, strict=True)
         )
         curvature = ca.fmax(2 * middle - left - right, 1e-6)
         shift = ca.fmin(ca.fmax((right - left) / (2 * curvature), -1), 1)
         vertices, slopes = [], []
         for value in (one, other):
-            left, middle, right = (_element_at_index(at, value) for at in places)
+            left, middle, right = (_element_at(at, value) for at in places)
             slope, bend = (right - left) / 2, (right - 2 * middle + left) / 2
             vertices.append(middle + shift * (slope + shift * bend))
             slopes.append(slope + 2 * shift * bend)
@@ -139,7 +137,7 @@ def _last_argmax(vector: Expression) -> Expression:
     return ca.mmax((vector >= ca.mmax(vector)) * ca.DM(range(len(RATIOS))))
 
 
-def _element_at_index(place: Expression, vector: Expression) -> Expression:
+def _element_at(place: Expression, vector: Expression) -> Expression:
     return ca.dot(ca.DM(range(len(RATIOS))) == place, vector)
 
 
@@ -166,36 +164,27 @@ def build_hypotheses_verdict(gear: bool = False) -> ca.Function:
     declared = HypothesisMixture(
         parts, likelihood + prior - misfit, lambda of: ca.sqrt(1 / (1 + stiffness / of["D_gain"]))
     )
-    log_mu, var_log_mu = declared.mean_variance(
-        partial(_log_mu_moments, stiffness), declared.at_mode("grid")
-    )
-    log_ratio, _ = declared.mean_variance(lambda of: (of["grid"], 0), declared.at_mode("grid"))
+    log_mu, var_log_mu = declared.moments(partial(_log_mu_moments, stiffness), declared.at_mode("grid"))
+    log_ratio, _ = declared.moments(lambda of: (of["grid"], 0), declared.at_mode("grid"))
     level, var_level, covariances = ca.MX(0), ca.MX(0), [ca.MX(0)] * 3
-    zero, var_zero = declared.mean_variance(
-        partial(_beside_gain, "zero", stiffness), declared.at_mode("zero")
-    )
+    zero, var_zero = declared.moments(partial(_beside_gain, "zero", stiffness), declared.at_mode("zero"))
     if gear:
-        level, var_level = declared.mean_variance(
+        level, var_level = declared.moments(
             partial(_beside_gain, "gear", stiffness), declared.at_mode("gear")
         )
         covariances = [
-            declared.means_and_covariance(
-                partial(_means_and_covariance_of_two, one, other, stiffness),
-                *map(declared.at_mode, near),
-            )[2]
-            for one, other, near in (
-                ("log_mu", "zero", ("grid", "zero")),
-                ("log_mu", "gear", ("grid", "gear")),
-                ("zero", "gear", ("zero", "gear")),
+            declared.covariance(partial(_joint_moments, *of, stiffness), *map(declared.at_mode, near))[2]
+            for of, near in (
+                (("log_mu", "zero"), ("grid", "zero")),
+                (("log_mu", "gear"), ("grid", "gear")),
+                (("zero", "gear"), ("zero", "gear")),
             )
         ]
     # Without a prior of s: even in ln s.
     even = HypothesisMixture(
         parts, likelihood, lambda of: ca.sqrt(of["D_gain"]) / ca.fmax(of["gain"], MIN_GAIN)
     )
-    log_gain, var_gain = even.mean_variance(
-        _log_gain_moments, ca.log(ca.fmax(even.at_mode("gain"), MIN_GAIN))
-    )
+    log_gain, var_gain = even.moments(_log_gain_moments, ca.log(ca.fmax(even.at_mode("gain"), MIN_GAIN)))
     error = ca.fmin(limits["error"], MAX_MODEL_ERROR) ** 2
     deviation, allowed = ca.sqrt(var_gain + error), ALLOWED * limits["stiffness_std"]
     inside = (allowed - ca.fabs(log_gain)) / deviation
@@ -233,7 +222,7 @@ def _beside_gain(name: str, stiffness: Expression, parts: Parts) -> tuple[Expres
     return value, hypothesis_variance(parts, name, given=("gain",)) + slope**2 * variance
 
 
-def _means_and_covariance_of_two(
+def _joint_moments(
     one: str, other: str, stiffness: Expression, parts: Parts
 ) -> tuple[Expression, Expression, Expression]:
     """Means of two of ln mu, M_0 and the gear, in this order, and their covariance."""

@@ -45,17 +45,17 @@ def last_uncontradicted(
     return last if after <= CONTRADICTED * turn[known].sum() else None
 
 
-def usable_held_between_torques(estimates: Estimates) -> NDArray[np.bool_]:
+def usable_held(estimates: Estimates) -> NDArray[np.bool_]:
     """Where friction is usable, between torques that come more slowly than angles too, as for `Loop`."""
     last = np.maximum.accumulate(np.where(estimates.has_measured_torque, np.arange(estimates.t.size), 0))
     return estimates.usable[last] & (estimates.t - estimates.t[last] <= HOLD)
 
 
-def first_steadily_usable_index(t: Array, usable: NDArray[np.bool_], begin: int) -> int:
+def steady_index(t: Array, usable: NDArray[np.bool_], begin: int) -> int:
     """The sample from `begin` on since which a friction is usable without a gap of more than `HOLD`.
 
     Up to the last usable sample, of which there has to be one; usable as of
-    `usable_held_between_torques`.
+    `usable_held`.
     """
     told = begin + np.flatnonzero(usable[begin:])
     gaps = np.flatnonzero((np.diff(told) > 1) & (np.diff(t[told]) > HOLD))
@@ -68,12 +68,12 @@ def steadily_usable_since(estimates: Estimates) -> tuple[float, bool]:
     Both of the last ground, with a usable sample on it.
     """
     begin = last_ground_change_index(estimates)
-    held = usable_held_between_torques(estimates)
-    since = first_steadily_usable_index(estimates.t, held, begin)
+    held = usable_held(estimates)
+    since = steady_index(estimates.t, held, begin)
     return float(estimates.t[since]), bool(held[begin:since].any())
 
 
-def estimates_on_previous_ground(estimates: Estimates) -> Estimates | None:
+def on_previous_ground(estimates: Estimates) -> Estimates | None:
     """The samples up to the last usable one before the last change of the ground; None without one."""
     before = _first_samples(estimates, last_ground_change_index(estimates))
     at = last_usable(before) if before.t.size else None
@@ -84,7 +84,7 @@ def _first_samples(estimates: Estimates, end: int) -> Estimates:
     return Estimates(**{name: values[:end] for name, values in vars(estimates).items()})
 
 
-def unexplained_torque_mask(estimates: Estimates) -> NDArray[np.bool_]:
+def unexplained_samples(estimates: Estimates) -> NDArray[np.bool_]:
     """Where model and stated error do not explain the torque, but for a change of the ground.
 
     That is inconsistent from a usable sample on, up to a `RESET` within `LONGEST_CHANGE`.

@@ -136,7 +136,7 @@ class FoundModel:
         if self.k_std is not None and not 0 <= self.k_std < math.inf:
             raise InvalidInputError(f"k_std must be a finite number of at least 0, got {self.k_std}")
 
-    def rig_with_stiffness_tolerance(self, rig: Rig, declared: float, ground: str | None = None) -> Rig:
+    def rig_for_stiffness(self, rig: Rig, declared: float, ground: str | None = None) -> Rig:
         """The rig with the tolerance of this model's k: that of the declared k is of another number.
 
         It is as wide as the diagnosis knows k. What k is off by may be the tyre or the torque's scale:
@@ -152,7 +152,7 @@ class FoundModel:
             InvalidInputError: k is farther from the declared one than `OTHER_SCALE` allows.
         """
         k, tolerance = self.values_for_estimation(ground).get("k", declared), rig.tolerances.k
-        if is_stiffness_implausible(k, declared, tolerance):
+        if has_implausible_stiffness(k, declared, tolerance):
             raise InvalidInputError(
                 f"the model's stiffness k is {k:.3g} N/m^2, {k / declared:.2g} times the declared one; a"
                 " torque or an angle in another unit or before a gear, or a wrong load or half-length,"
@@ -225,7 +225,7 @@ class FoundModel:
         return {name: value for name, value in values.items() if name != "mu"}
 
 
-def is_stiffness_implausible(k: float, declared: float, tolerance: float | None) -> bool:
+def has_implausible_stiffness(k: float, declared: float, tolerance: float | None) -> bool:
     """Whether a stiffness that was found is farther from the declared one than `OTHER_SCALE` allows.
 
     All are in N/m^2; the tolerance is None where none is declared.

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.estimation.assumed_and_found_friction import EKF_FOUND, AssumedAndFoundFriction
+from brushgrip.estimation.assumed_and_found_friction import EKF_FOUND, FrictionByBothModels
 from brushgrip.estimation.observe_recording import FrictionTrack
 from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import (
@@ -157,12 +157,12 @@ def _consistency(settling: float) -> SelfConsistency:
     )  # fmt: skip
 
 
-def make_outcome(*holdout: str, **changes: Any) -> AssumedAndFoundFriction:
+def make_outcome(*holdout: str, **changes: Any) -> FrictionByBothModels:
     """Figures of friction of the recordings a, b, c and d."""
     before = {name: _consistency(s) for name, s in (("a", 1.0), ("b", 2.0), ("c", 6.0), ("d", 8.0))}
     after = {name: _consistency(1.0) for name in before}
     usual = {"before": before, "after": after, "grounds": {"": tuple(before)}, "holdout": holdout}
-    return AssumedAndFoundFriction(**(usual | changes))
+    return FrictionByBothModels(**(usual | changes))
 
 
 def _track(name: str, usable: slice, value: float, status: Status = Status.USED) -> FrictionTrack:

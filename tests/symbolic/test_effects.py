@@ -101,7 +101,7 @@ def declared_torque(effect: Effect) -> Array:
     if not isinstance(patch, BristlePatch):
         return model_torque({})
     wide = patch.traits.half_width is not None
-    columns = patch.bristles // (patch.rows if wide else 1)
+    columns = patch.bristle_count // (patch.rows if wide else 1)
     added = (Room(),) if patch.traits.growth else ()
     return torque_of(Model(effects=added, discretised=True, bristles=columns), {})
 

@@ -5,7 +5,7 @@ const volatile ${name}_parameters_t ${name}_defaults = {
 
 int32_t ${name}_check_parameters(const ${name}_parameters_t *at) {
 %% for p in parameters
-    if (!(${p.c_range_condition})) {
+    if (!(${p.condition})) {
         return ${loop.index}; /* ${p.field} */
     }
 %% endfor

@@ -14,7 +14,7 @@ from brushgrip.estimation.assumed_and_found_friction import (
     EKF_FOUND,
     friction_by_both_models,
 )
-from brushgrip.estimation.friction_uncertainty_budget import declared_uncertainty_text
+from brushgrip.estimation.friction_budget import declared_uncertainty_text
 from brushgrip.inputs.command_inputs import gather_inputs
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 from tests.brushgrip.factories import make_diagnosis

@@ -262,7 +262,7 @@ def test_an_observer_behind_its_source_says_nothing_usable(monkeypatch: pytest.M
         return own(row)
 
     monkeypatch.setattr(session, "estimator", slow)
-    for name in ("columns", "suspicions", "implausible", "reset", "weaker", "note", "remarks"):
+    for name in ("columns", "suspicions", "implausibility_text", "reset", "weaker", "note", "remarks"):
         monkeypatch.setattr(slow, name, getattr(own, name), raising=False)
     session.start()
     wait_for(lambda: len(taken) > 30)

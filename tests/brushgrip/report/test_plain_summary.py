@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from brushgrip.estimation.assumed_and_found_friction import EKF_DECLARED, AssumedAndFoundFriction
+from brushgrip.estimation.assumed_and_found_friction import EKF_DECLARED, FrictionByBothModels
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import provenance_of
 from brushgrip.published.bundled_files import demo_folder
@@ -38,7 +38,7 @@ from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome, make
 SPREAD = (("a", -0.02), ("b", 0.0), ("c", 0.02))
 
 
-def mail(diagnosis: Diagnosis, outcome: AssumedAndFoundFriction, warning: str = "") -> str:
+def mail(diagnosis: Diagnosis, outcome: FrictionByBothModels, warning: str = "") -> str:
     """The mail and what is to be known before acting on it, a line for each part."""
     parts = [part for some in summary_mail_parts(diagnosis, outcome, warning) for part in some]
     return "\n".join(f"{label}: {' '.join(items)}" for label, items in parts)

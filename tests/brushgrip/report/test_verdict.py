@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.estimation.assumed_and_found_friction import AssumedAndFoundFriction
+from brushgrip.estimation.assumed_and_found_friction import FrictionByBothModels
 from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
 from brushgrip.report.verdict import CARE, NOT_YET, NOTHING, USE, verdict
 from identification import Diagnosis
@@ -32,7 +32,7 @@ def unexplained(structured: float, diagnosis: Diagnosis = SOUND) -> Diagnosis:
     )
 
 
-def of(*values: float, **grounds: tuple[str, ...]) -> AssumedAndFoundFriction:
+def of(*values: float, **grounds: tuple[str, ...]) -> FrictionByBothModels:
     tracks = tuple(make_track(name, mu) for name, mu in zip(NAMES, values, strict=False))
     return make_outcome(tracks=tracks, grounds=grounds or {"ice": NAMES})
 
@@ -129,7 +129,7 @@ HALF = replace(SOUND, recordings=("a",), holdout=())
     ],
 )
 def test_each_fact_that_speaks_against_friction_alone(
-    label: str, diagnosis: Diagnosis, outcome: AssumedAndFoundFriction, why: str
+    label: str, diagnosis: Diagnosis, outcome: FrictionByBothModels, why: str
 ) -> None:
     told, reasons = verdict(diagnosis, outcome)
     reason = " ".join(reasons)

@@ -7,7 +7,7 @@ import pytest
 
 from brushgrip.wording.diagnosis_in_words import (
     experiment_in_words,
-    grade_reason_sentence,
+    grade_reason,
     headline,
     parameter_words_and_owner,
     taken_from_model,
@@ -62,9 +62,7 @@ def test_an_unrecorded_load_is_named_with_the_remedy() -> None:
     effect = replace(offset, grade="ambiguous", indistinguishable_from=("unrecorded_load",))
     diagnosis = replace(make_diagnosis(unexplained=False), effects=(effect,))
     assert "(torque offset, or a load that changes with the angle: record it): " in headline(diagnosis)
-    assert "but a load that changes with the angle would explain as much" in grade_reason_sentence(
-        effect
-    )
+    assert "but a load that changes with the angle would explain as much" in grade_reason(effect)
     graded_torsion = replace(torsion, grade="ambiguous")
     assert "record it" not in headline(replace(diagnosis, effects=(graded_torsion,)))
 
@@ -103,14 +101,14 @@ def test_what_is_unexplained_goes_first_where_it_is_the_larger(
 )
 def test_every_grade_is_explained(grade: Grade, words: str) -> None:
     effect = graded(make_diagnosis(), grade, "weak", errors=1.4).effects[0]
-    assert words in grade_reason_sentence(effect)
+    assert words in grade_reason(effect)
     if grade == "stands_in":
-        assert "at the allowed limit" in grade_reason_sentence(replace(effect, at_bound=True))
+        assert "at the allowed limit" in grade_reason(replace(effect, at_bound=True))
 
 
 def test_a_weak_effect_says_what_it_lacks() -> None:
     effect = graded(make_diagnosis(), "weak", "weak", errors=2.07).effects[0]
-    clear, near = (grade_reason_sentence(replace(effect, deviations=off)) for off in (359.0, 1.2))
+    clear, near = (grade_reason(replace(effect, deviations=off)) for off in (359.0, 1.2))
 
     assert clear.startswith("The fitted recordings demand it (a parameter 359.0 σ from no effect)")
     assert "do not confirm it (a gain of 2.1 standard errors; 3 are asked for): fit" in clear
@@ -135,7 +133,7 @@ def test_a_rival_that_the_model_has_too_is_not_named() -> None:
     assert headline(diagnosis).startswith(
         "The assumed model lacks compliance and contact shape (carcass torsion) and sensor and"
     )
-    assert grade_reason_sentence(shared).endswith(
+    assert grade_reason(shared).endswith(
         "another effect that the model has too would explain as much alone."
     )
 

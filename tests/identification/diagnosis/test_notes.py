@@ -12,8 +12,8 @@ from identification import Recording, Standstills, diagnose
 from identification.diagnosis.found_vs_declared_stiffness import (
     StiffnessComparison,
     compare_fitted_stiffness,
+    compare_stiffness,
     stiffness_note,
-    stiffness_of,
 )
 from identification.diagnosis.graded_effects import final_model_notes
 from identification.diagnosis.result_parts import TorqueErrors
@@ -254,8 +254,8 @@ def test_what_a_wrong_torque_or_half_length_does_to_friction(e: float, longer: f
     factor = float(re.search(r"by a factor of ([\d.]+) at most", note)[1])  # type: ignore[index]
     assert max(mu, 1 / mu) <= factor * 1.05
     assert f"torque reads too {'high' if k > 2.4e6 else 'low'} (" in note
-    assert stiffness_of(k, _recording(a, e)).ratio == pytest.approx(k / 2.4e6)
-    assert stiffness_of(2.4e6, _recording(a, e)).ratio == 1
+    assert compare_stiffness(k, _recording(a, e)).ratio == pytest.approx(k / 2.4e6)
+    assert compare_stiffness(2.4e6, _recording(a, e)).ratio == 1
 
 
 def test_the_stiffness_farthest_from_the_declared_one_is_put_beside_it() -> None:

@@ -100,7 +100,7 @@ def test_behind_a_compliance_an_observer_takes_bristles(name: str) -> None:
     found = found_model({f"{name}.{p}": value for p, value in planted.items()})
     estimates = run(Mhe(**found, rig=RIG, window=20, acquire=False), **columns_of(recording))
 
-    assert found["model"].exact
-    assert make(Mhe).model.exact
+    assert found["model"].uses_exact_patch
+    assert make(Mhe).model.uses_exact_patch
     assert estimates.mu.min() > 0.5
     assert estimates.mu.max() < 1.6

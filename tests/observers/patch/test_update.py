@@ -67,7 +67,7 @@ def test_a_change_of_the_ground_discounts_the_newest_memory_alone(kind: Any) -> 
     stays, changes = (one.step(state, sample) for one in (observer, changing))
     assert observer.estimate(stays).status & Status.REJECTED
     assert changing.estimate(changes).status & Status.RESET
-    change, n = 2 * observer.tuning.log_std**2, len(observer.states)
+    change, n = 2 * observer.tuning.prior_log_mu_std**2, len(observer.states)
     # The patch was updated at the same states in both; a memory of the old ground knows less of the new.
     if kind is Mhe:
         variance = state["P_newest"].reshape(n, n)[0, 0]

@@ -55,13 +55,13 @@ def test_a_forecast_from_the_present_continues_that_from_the_begin(
 def test_what_exceeds_the_torque_does_not_count(acquiring: Ekf, path: SteeringPath) -> None:
     forecaster = Forecaster(acquiring)
     forecast = forecaster.forecast_whole(path, forecaster.cases_at_rest([0.8], 0.0, LOAD, 0.01)[0], LOAD)
-    at = forecast.first_within_target(0.05)
+    at = forecast.first_within(0.05)
 
     assert at is not None
     assert forecast.usable[at]
     assert forecast.deviation[at] <= 0.05 < forecast.deviation[at - 1] or not forecast.usable[at - 1]
-    assert forecast.first_within_target(0.05, np.abs(forecast.torque[: at + 1]).max()) == at
-    assert forecast.first_within_target(0.05, np.abs(forecast.torque[:at]).max() - 1e-3) is None
+    assert forecast.first_within(0.05, np.abs(forecast.torque[: at + 1]).max()) == at
+    assert forecast.first_within(0.05, np.abs(forecast.torque[:at]).max() - 1e-3) is None
 
 
 @pytest.mark.long
@@ -79,7 +79,7 @@ def test_other_observers_are_forecast(acquiring: Ekf, kind: str) -> None:
     finer = fastest_path([0.0, 0.1, -0.1, 0.2, -0.2, 0.2], 0.3, 10.0, dt, 10.0)
     forecast = forecaster.forecast_whole(finer, forecaster.cases_at_rest([0.5], 0.0, LOAD, dt)[0], LOAD)
 
-    assert forecast.first_within_target(0.13) is not None
+    assert forecast.first_within(0.13) is not None
     assert forecast.mu[-1] == pytest.approx(0.5, rel=0.03)
 
 

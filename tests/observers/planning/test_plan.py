@@ -88,8 +88,8 @@ def test_turning_back_tells_ice_sooner_than_turning_on(acquiring: Ekf) -> None:
     )
 
     # The zero of the torque looks like friction until the wheel has turned back.
-    assert forecaster.forecast_whole(on, case, LOAD).first_within_target(0.07) is None
-    assert forecaster.forecast_whole(back, case, LOAD).first_within_target(0.07) is not None
+    assert forecaster.forecast_whole(on, case, LOAD).first_within(0.07) is None
+    assert forecaster.forecast_whole(back, case, LOAD).first_within(0.07) is not None
 
 
 @pytest.mark.long
@@ -175,12 +175,13 @@ def test_a_target_within_reach_without_noise_alone_is_told_so(monkeypatch: pytes
         "observers.planning.plan.largest_uncertainty_part", lambda *_: ("noise", 0.04, 0.01)
     )
     search = SimpleNamespace(
-        limits=SteeringLimits(angle=0.3), reached_with=lambda *_, **__: False, target=0.05,
-        forecaster=SimpleNamespace(observer=None), F_N=LOAD,
+        limits=SteeringLimits(angle=0.3), is_reached_with_wider_limits=lambda *_, **__: False,
+        target=0.05, forecaster=SimpleNamespace(observer=None), F_N=LOAD,
     )  # fmt: skip
     forecast = SimpleNamespace(
-        best=lambda _: 0, allowed=lambda _: 1, torque=np.zeros(1), status=[0], deviation=[0.049]
-    )
+        least_deviation_index=lambda _: 0, samples_within_torque_limit=lambda _: 1,
+        torque=np.zeros(1), status=[0], deviation=[0.049],
+    )  # fmt: skip
     told = _PathSearch.unreached_text(search, 0.05, SimpleNamespace(t=[10.0]), forecast, 3)
 
     assert told.startswith(
@@ -192,8 +193,13 @@ def test_a_target_within_reach_without_noise_alone_is_told_so(monkeypatch: pytes
 
 
 def test_a_reason_without_a_flag_ends_in_words() -> None:
-    search = SimpleNamespace(limits=SteeringLimits(angle=0.3), reached_with=lambda *_, **__: False)
-    forecast = SimpleNamespace(best=lambda _: None, allowed=lambda _: 1, torque=np.zeros(1), status=[0])
+    search = SimpleNamespace(
+        limits=SteeringLimits(angle=0.3), is_reached_with_wider_limits=lambda *_, **__: False
+    )
+    forecast = SimpleNamespace(
+        least_deviation_index=lambda _: None, samples_within_torque_limit=lambda _: 1,
+        torque=np.zeros(1), status=[0],
+    )  # fmt: skip
 
     assert _PathSearch.unreached_text(search, 0.8, None, forecast, 0).endswith("twice as wide, would do")
 

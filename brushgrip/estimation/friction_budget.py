@@ -40,7 +40,7 @@ STANDS = (
 """What friction of a car without a speed rests on."""
 
 
-def friction_uncertainty_budget(
+def friction_budget(
     factory: ObserverFactory, recording: Recording, found: FoundModel | None, estimates: Estimates
 ) -> dict[str, float]:
     """Half of the 95 % band of mu_eff by cause at the last usable sample [1], which add up as squares.
