@@ -16,7 +16,7 @@ import csv
 import tempfile
 import tomllib
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, product
 from math import degrees
 from pathlib import Path
 
@@ -36,6 +36,7 @@ from reference_rig import CarRecording, FleetCar, draw_car
 from symbolic import vehicle_from_tables
 from symbolic.float_array import Array
 from symbolic.vehicle.mean_wheel import friction_uncertainties
+from symbolic.vehicle.vehicle import STD_PER_TOLERANCE
 
 TUNING_SEED, JUDGING_SEED = 0, 10_000
 BANDS = (0.05, 0.11, 0.245, 0.54, 1.2)
@@ -44,6 +45,8 @@ HALF_TURN = 180.0
 """Way of the handwheel after which the band is read [deg]."""
 PRESLIDING = 0.01
 """Turn of the handwheel over which friction of the column turns over, from the middle [rad]."""
+AT_ENDS = 0.85
+"""Share of cars whose band shall hold friction with every declared value at an end of its tolerance."""
 NEAR_LOCKS = 0.9
 """Share of the way from stop to stop that counts as lock to lock [1]."""
 
@@ -65,6 +68,8 @@ class Judged:
     """First sample after both locks."""
     floor: float
     """What the observer counts for declared values that no steering tells, over mu [1]."""
+    least_std: float
+    """Deviation over mu from which on a 95 % band holds `AT_ENDS` of those values' ends [1]."""
 
     @property
     def refusal(self) -> str:
@@ -98,10 +103,13 @@ def estimate(text: str, recording: CarRecording, sensing: str, observer: str) ->
     return {key: np.array([float(row[key] or "nan") for row in rows]) for key in wanted}
 
 
-def floor_of(text: str, *, brake: bool) -> float:
-    """`Judged.floor` by a vehicle file."""
-    shares = friction_uncertainties(vehicle_from_tables(tomllib.loads(text)), brakes=brake)
-    return float(np.linalg.norm(list(shares.values())))
+def floor_and_least_std(text: str, *, brake: bool) -> tuple[float, float]:
+    """`Judged.floor` and `Judged.least_std` by a vehicle file."""
+    of_values = friction_uncertainties(vehicle_from_tables(tomllib.loads(text)), brakes=brake)
+    shares = np.array(list(of_values.values()))
+    ends = np.array(list(product((-1, 1), repeat=shares.size))) @ shares / STD_PER_TOLERANCE
+    held = np.quantile(np.abs(ends), AT_ENDS, method="inverted_cdf")
+    return float(np.linalg.norm(shares)), float(held) / 1.96
 
 
 def with_column_friction(recording: CarRecording, torque: float) -> CarRecording:
@@ -130,6 +138,7 @@ def judge(
     turned = np.maximum.accumulate(handwheel) - np.minimum.accumulate(handwheel)
     stops = degrees(2 * drawn.car.lock / drawn.car.pinion_radius)
     ends = [int(np.argmax(turned >= way)) for way in (HALF_TURN, NEAR_LOCKS * stops)]
+    floor, least_std = floor_and_least_std(text, brake=drawn.brake)
     return Judged(
         drawn=drawn,
         mu=float(np.mean(drawn.car.mu)),
@@ -139,7 +148,8 @@ def judge(
         status=got["status"].astype(int),
         half_turn=ends[0],
         locks=ends[1],
-        floor=floor_of(text, brake=drawn.brake),
+        floor=floor,
+        least_std=least_std,
     )
 
 
@@ -176,8 +186,9 @@ def summary(cars: list[Judged]) -> None:
         shares = [car.std[i] / car.estimate[i] for car, i in at if car.usable[i]]
         median = f"{100 * np.median(shares):.1f} %" if shares else "-"
         print(f"sigma/mu after {label}: median {median} over {len(shares)} usable of {len(cars)} cars")
-    floors = [car.floor for car in cars]
-    print(f"by declared values that no steering tells: median {100 * np.median(floors):.1f} %")
+    floor, least = (100 * np.median([getattr(car, n) for car in cars]) for n in ("floor", "least_std"))
+    print(f"by declared values that no steering tells: median {floor:.1f} %; at their ends {AT_ENDS:.0%}"
+          f" are held from {least:.1f} % on")  # fmt: skip
     last = [(car.mu, car.estimate[-1], car.std[-1]) for car in cars if car.usable[-1]]
     if last:
         mu, found, std = np.transpose(last)
