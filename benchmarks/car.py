@@ -35,7 +35,7 @@ from observers import Status
 from reference_rig import CarRecording, FleetCar, draw_car
 from symbolic import vehicle_from_tables
 from symbolic.float_array import Array
-from symbolic.vehicle.mean_wheel import friction_uncertainties
+from symbolic.vehicle.mean_wheel import mu_std_by_cause
 from symbolic.vehicle.vehicle import STD_PER_TOLERANCE
 
 TUNING_SEED, JUDGING_SEED = 0, 10_000
@@ -105,7 +105,7 @@ def estimate(text: str, recording: CarRecording, sensing: str, observer: str) ->
 
 def floor_and_least_std(text: str, *, brake: bool) -> tuple[float, float]:
     """`Judged.floor` and `Judged.least_std` by a vehicle file."""
-    of_values = friction_uncertainties(vehicle_from_tables(tomllib.loads(text)), brakes=brake)
+    of_values = mu_std_by_cause(vehicle_from_tables(tomllib.loads(text)), brakes=brake)
     shares = np.array(list(of_values.values()))
     ends = np.array(list(product((-1, 1), repeat=shares.size))) @ shares / STD_PER_TOLERANCE
     held = np.quantile(np.abs(ends), AT_ENDS, method="inverted_cdf")

@@ -37,7 +37,7 @@ STAGES = {
     "search: ranking": ("trial_runner.py", "rank"),
     "search: fits": ("trial_runner.py", "_run"),
     "left out in turn": ("torque_errors_by_stage.py", "left_out_residuals"),
-    "experiments": ("diagnose.py", "_proposals"),
+    "experiments": ("diagnose.py", "_nearest_rival_proposals"),
     "grades": ("from_search.py", "build_diagnosis"),
     "observers": ("assumed_and_found_friction.py", "friction_by_both_models"),
     "pictures": ("page.py", "_draw_pictures"),

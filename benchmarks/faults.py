@@ -38,7 +38,7 @@ from benchmarks.faulty_inputs import (
     Inputs,
 )
 from benchmarks.ice import EFFECTS, KINDS, OFF, RIG, STEERING_RATE, TORQUES, K
-from identification.reading.sensor_saturation import sensor_saturation
+from identification.reading.undeclared_sensor_limit import detect_saturation
 from observers import AligningTorque, MeasurementModel, Status, run
 from reference_rig import (
     RigRecording,
@@ -132,7 +132,7 @@ def outcome(task: tuple[FaultCase, str, int, RunBeforeFault]) -> tuple[bool, flo
     flags = 0
     for flag in Status:
         flags |= int(flag) * bool(np.mean(estimates.status & flag != 0) > 0.3)
-    told = sensor_saturation(inputs["torque"], inputs["psi"], inputs["F_N"]) is not None
+    told = detect_saturation(inputs["torque"], inputs["psi"], inputs["F_N"]) is not None
     suspect = estimates.status & Status.SUSPECT != 0
     travel = np.cumsum(np.abs(np.diff(inputs["psi"], prepend=inputs["psi"][0])))
     named = float(travel[np.argmax(suspect)]) if suspect.any() else np.inf

@@ -139,7 +139,7 @@ class Film:
         self._trace.set_data(motion.psi[: i + 1], -motion.M_z[: i + 1])
         self._dot.set_data([motion.psi[i]], [-motion.M_z[i]])
         self._patch.set_title(
-            f"t = {motion.t[i]:.2f} s, M = {motion.M[i]:+.1f} N m; zones: {motion.zones[i]}"
+            f"t = {motion.t[i]:.2f} s, M = {motion.M[i]:+.1f} N m; zones: {motion.zone_count[i]}"
         )
         return []
 
@@ -175,9 +175,8 @@ def main() -> None:
         gif, page = options.out / "patch.gif", options.out / "patch.html"
         animation.save(gif, PillowWriter(fps=FRAMES_PER_SECOND), dpi=DPI)
     page.write_text(player(gif), encoding="utf-8")
-    print(
-        f"zones on the way: {', '.join(map(str, motion.zones[np.diff(motion.zones, prepend=0) != 0]))}"
-    )
+    zones = motion.zone_count
+    print(f"zones on the way: {', '.join(map(str, zones[np.diff(zones, prepend=0) != 0]))}")
     for path in (gif, page):
         print(f"{path.name}: {options.frames} frames, {path.stat().st_size / 1e6:.2f} MB")
 

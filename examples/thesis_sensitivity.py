@@ -27,8 +27,8 @@ from matplotlib.colors import ListedColormap
 from numpy.typing import NDArray
 
 from brushgrip.comparison.methods import (
-    correction_network_inputs,
     neural_network_inputs,
+    root_mu_correction_inputs,
     train_neural_network,
     train_root_correction_network,
 )
@@ -119,7 +119,7 @@ def surfaces(psi: np.ndarray, M: np.ndarray) -> dict[str, Surface]:
     middle = (BACK.start + BACK.stop) // 2
     few, many = (
         np.tile(make(SIMULATION)[middle], (psi.size, 1))
-        for make in (neural_network_inputs, correction_network_inputs)
+        for make in (neural_network_inputs, root_mu_correction_inputs)
     )
     for rows in (few, many):
         rows[:, 0], rows[:, 2] = psi, M

@@ -162,7 +162,7 @@ def draw(path: Path, motion: WheelMotion) -> None:
             dots = axes.plot(1e3 * ends, 1e3 * np.interp(ends, x, q), "o", color=BEFORE, ms=3.5)
             axes.set_ylim(-12, 24)
             axes.axvline(1e3 * RIG.e, color=QUIET, lw=0.8)
-            axes.set(title=f"t = {instant:g} s: {motion.zones[i]} zones", ylabel="q [mm]")
+            axes.set(title=f"t = {instant:g} s: {motion.zone_count[i]} zones", ylabel="q [mm]")
             axes.tick_params(labelbottom=row == len(INSTANTS) - 1)
             if not lines:
                 bound[0].set_label("friction's limit ± $q_{cr}$")
@@ -176,14 +176,14 @@ def draw(path: Path, motion: WheelMotion) -> None:
 def main() -> None:
     """Print what the wheel does, and how far the thesis's scheme is from it."""
     motion = simulate_motion(RIG, TYRE, PROFILE, LOAD, rate=RATE)
-    opens = motion.t[1:][np.diff(motion.zones) > 0][1:]
-    closes = motion.t[1:][np.diff(motion.zones) < 0]
+    opens = motion.t[1:][np.diff(motion.zone_count) > 0][1:]
+    closes = motion.t[1:][np.diff(motion.zone_count) < 0]
     print(
         f"turns back at {', '.join(f'{t:.2f} s' for t in opens)}; the loop closes at {closes[0]:.2f} s"
     )
     for instant in INSTANTS:
         i = int(np.argmin(np.abs(motion.t - instant)))
-        print(f"t = {instant} s: {motion.zones[i]} zones, psi = {motion.psi[i]:.4f} rad")
+        print(f"t = {instant} s: {motion.zone_count[i]} zones, psi = {motion.psi[i]:.4f} rad")
     exact = simulate_motion(RIG, TYRE, PROFILE, LOAD, rate=RATE, tolerance=1e-11)
     print(f"error of M_z over its range: {share(motion.M_z, exact.M_z):.0e} in {motion.steps} steps")
     for name, rule in (("Euler", first_order), ("second order", second_order)):

@@ -16,11 +16,11 @@ from observers.measurement.directional_friction import DirectionalFriction
 from observers.measurement.linearisation import build_clean
 from observers.measurement.measurement_model import CLEAN, AligningTorque, MeasurementModel
 from observers.measurement.rack_force import RackForce
-from observers.measurement.steering_torque import SteeringTorque
+from observers.measurement.steering_torque_as_input import SteeringTorque
 from observers.planning.advice import Advice
 from observers.planning.plan import Plan, plan
 from observers.planning.probe import Probe
-from observers.planning.steering_path import SteeringLimits
+from observers.planning.steering_limits_and_paths import SteeringLimits
 from observers.planning.uncertainty_budget import uncertainty_budget
 from observers.protocol import (
     ESTIMATE,

@@ -105,7 +105,7 @@ def symbols(kind: type[Symbol], **shapes: int | tuple[int, int]) -> dict[str, Sy
     }
 
 
-def symbols_like(function: ca.Function) -> dict[str, ca.MX]:
+def symbols_of_inputs(function: ca.Function) -> dict[str, ca.MX]:
     """Symbols for the inputs of a casadi Function, by name."""
     return {name: ca.MX.sym(name, *function.size_in(name)) for name in function.name_in()}
 

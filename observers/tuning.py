@@ -67,7 +67,7 @@ LEAST_STIFFNESS = 1.5
 that is off by that error tells k no closer, and a k that is declared closer would never be confirmed."""
 
 
-def require_counts(**counts: object) -> None:
+def require_positive_ints(**counts: object) -> None:
     """Refuses what is no whole number of at least 1."""
     for name, value in counts.items():
         if not (isinstance(value, int) and value >= 1):
@@ -167,7 +167,7 @@ class Tuning:
                 f"mu must lie between least and greatest, {self.least} and {self.greatest},"
                 f" got {self.mu}"
             )
-        require_counts(reset_after=self.reset_after)
+        require_positive_ints(reset_after=self.reset_after)
 
     @property
     def prior_log_mu_std(self) -> float:

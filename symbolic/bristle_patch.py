@@ -99,13 +99,13 @@ class BristlePatch:
         return (self.columns // 2) * self.rows if wide else self.columns
 
     @property
-    def size(self) -> int:
+    def memory_size(self) -> int:
         """Length of the memory vector."""
         return self.bristle_count * (1 if self.traits.relaxation is None else 2)
 
-    def initial(self) -> Array:
+    def virgin_memory(self) -> Array:
         """The virgin patch: zeros of shape (size,)."""
-        return np.zeros(self.size)
+        return np.zeros(self.memory_size)
 
     @property
     def coefficient_size(self) -> int:

@@ -79,7 +79,9 @@ def bristle_slip_solver(bristles: int) -> ca.Function:
     slip by stress beyond friction, zero where the bristle sticks.
     """
     inputs = _solver_inputs(bristles)
-    found = slip_at_log_speed(bristles)(*inputs.values(), log_speed_search(bristles)(*inputs.values()))
+    found = solver_outputs_at_log_speed(bristles)(
+        *inputs.values(), log_speed_search(bristles)(*inputs.values())
+    )
     outputs = dict(zip(("slip", "level", "moving", "yielding"), found, strict=True))
     return named_function("bristle_slip_solver", inputs, outputs, is_diff_out=[False] * len(outputs))
 
@@ -94,7 +96,7 @@ def log_speed_search(bristles: int, steps: int = _STEPS) -> ca.Function:
     size, limit, branch_gain, reach, c = inputs.values()
     growth = limit * c
     excess = size - limit + growth * _REFERENCE_LOG_SPEED
-    at_rest = _slip_at_rest(size, limit, branch_gain, c)
+    at_rest = _slip_to_rest_limit(size, limit, branch_gain, c)
     w = ca.fmin(ca.log(ca.fmax(at_rest / reach, REST_SPEED)), excess / ca.fmax(growth, _TINY))
     for _ in range(steps):
         w = ca.fmax(w, _MIN_LOG_SPEED)
@@ -106,11 +108,11 @@ def log_speed_search(bristles: int, steps: int = _STEPS) -> ca.Function:
 
 
 @cache
-def slip_at_log_speed(bristles: int) -> ca.Function:
+def solver_outputs_at_log_speed(bristles: int) -> ca.Function:
     """The outputs of `bristle_slip_solver`, by its inputs and w."""
     inputs, w = _solver_inputs(bristles), ca.MX.sym("log_speed", bristles)
     size, limit, branch_gain, reach, c = inputs.values()
-    at_rest = _slip_at_rest(size, limit, branch_gain, c)
+    at_rest = _slip_to_rest_limit(size, limit, branch_gain, c)
     moving = at_rest > reach * REST_SPEED
     slipped = reach * ca.exp(w)
     relief = slipped / ((1 + branch_gain) * slipped + limit * c)
@@ -128,7 +130,7 @@ def _solver_inputs(bristles: int) -> dict[str, ca.MX]:
     return vectors | {name: ca.MX.sym(name) for name in ("branch_gain", "reach", "c")}
 
 
-def _slip_at_rest(size: ca.MX, limit: ca.MX, branch_gain: ca.MX, c: ca.MX) -> ca.MX:
+def _slip_to_rest_limit(size: ca.MX, limit: ca.MX, branch_gain: ca.MX, c: ca.MX) -> ca.MX:
     """Slip down to the limit of a bristle that does not move."""
     limit_at_rest = limit * (1 + c * (_MIN_LOG_SPEED - _REFERENCE_LOG_SPEED))
     return ca.fmax(0, size - limit_at_rest) / (1 + branch_gain)

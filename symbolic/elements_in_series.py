@@ -9,7 +9,7 @@ is: a backlash bends far more sharply than the patch does.
 import casadi as ca
 
 from symbolic.casadi_functions import named_function
-from symbolic.effects.base import Composition
+from symbolic.effects.base import ModelProtocol
 from symbolic.patch_interface import Expression, Patch
 
 SEARCH_STEPS = 5
@@ -18,7 +18,7 @@ BALANCE_STEPS = 8
 """Newton steps within each of them, for the deflection against a patch that is linear [1]."""
 
 
-def series_deflection(model: Composition, *, gaps: bool = False) -> ca.Function | None:
+def series_deflection(model: ModelProtocol, *, gaps: bool = False) -> ca.Function | None:
     """(M_z, load and theta) -> turn of what is in series with the patch [rad], or of gaps alone.
 
     None where there is nothing.
@@ -66,7 +66,10 @@ def advance_in_series(
 
 def _series_torque_search(patch: Patch, deflection: ca.Function, steps: int) -> ca.Function:
     """The search for M_z: (memory, coefficients, rigid_turn, elements) -> (M_z, slope, follows)."""
-    before, rest = ca.MX.sym("memory", patch.size), ca.MX.sym("coefficients", patch.coefficient_size)
+    before, rest = (
+        ca.MX.sym("memory", patch.memory_size),
+        ca.MX.sym("coefficients", patch.coefficient_size),
+    )
     elements = ca.MX.sym("elements", deflection.size1_in(1))
     turn, goal = ca.MX.sym("turn"), ca.MX.sym("rigid_turn")
     after = patch.advance(before, turn, rest)

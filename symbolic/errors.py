@@ -9,14 +9,14 @@ class BrushgripError(Exception):
 
     def __init__(self, message: str) -> None:
         """Put the message, which may quote a file, on one line."""
-        super().__init__(one_line(message))
+        super().__init__(cut_to_one_line(message))
 
 
 class InvalidInputError(BrushgripError, ValueError):
     """Bad input from the user: one line that names file, row, the fault and what is allowed."""
 
 
-def one_line(text: str) -> str:
+def cut_to_one_line(text: str) -> str:
     """The text as `printable` has it, its middle cut out where it is long."""
     return _cut_in_the_middle(printable(_cut_in_the_middle(text)))
 

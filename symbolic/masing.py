@@ -20,7 +20,7 @@ from symbolic.errors import InvalidInputError
 from symbolic.float_array import Array
 from symbolic.parameters import Rig, Tyre
 from symbolic.patch_interface import Expression
-from symbolic.patch_moment import edge_to_zone_boundary, full_slide_level, unit_corner_moment
+from symbolic.patch_moment import edge_to_boundary_distance, full_slide_level, unit_corner_moment
 from symbolic.zone_patch import FAR
 
 
@@ -66,14 +66,14 @@ class TurningPoints:
         return self.psi[-1], self.M_z[-1], 1.0 if len(self.psi) == 1 else 2.0
 
     @property
-    def closing_angle(self) -> float:
+    def loop_closing_angle(self) -> float:
         """The angle at which the present loop closes; NaN on the virgin branch [rad]."""
         if len(self.psi) == 1:
             return nan
         return 2 * self.psi[0] - self.psi[1] if len(self.psi) == 2 else self.psi[-2]
 
     @property
-    def zones(self) -> int:
+    def zone_count(self) -> int:
         """Zones of the deformation while the wheel turns: 3 on the virgin branch, 2 a turning point."""
         return 2 * len(self.psi) + 1
 
@@ -130,12 +130,12 @@ def zone_boundaries(psi: float, memory: TurningPoints, F_N: float, rig: Rig, tyr
         rig: a and e are used.
         tyre: k and mu.
     """
-    slope = full_slide_level(F_N, rig.a) * declared_friction(tyre) / tyre.k
+    slope = full_slide_level(F_N, rig.a) * require_mu(tyre) / tyre.k
     turns = np.abs(np.diff([*memory.psi, psi]))
     scales = np.where(np.arange(len(turns)) == 0, 1.0, 2.0)
     z = scales[turns > 0] * slope / turns[turns > 0]
-    front = [rig.a - float(edge_to_zone_boundary(each, rig.a, rig.a - rig.e)) for each in z]
-    rear = [-rig.a + float(edge_to_zone_boundary(each, rig.a, rig.a + rig.e)) for each in z]
+    front = [rig.a - float(edge_to_boundary_distance(each, rig.a, rig.a - rig.e)) for each in z]
+    rear = [-rig.a + float(edge_to_boundary_distance(each, rig.a, rig.a + rig.e)) for each in z]
     return np.array(sorted([*rear, *front]))
 
 
@@ -146,11 +146,11 @@ def deformation_limit(x: ArrayLike, F_N: float, rig: Rig, tyre: Tyre) -> Array:
         InvalidInputError: the tyre has no mu.
     """
     places = np.asarray(x, dtype=np.float64)
-    level = full_slide_level(F_N, rig.a) * declared_friction(tyre) / tyre.k
+    level = full_slide_level(F_N, rig.a) * require_mu(tyre) / tyre.k
     return np.asarray(level * (rig.a**2 - places**2))
 
 
-def declared_friction(tyre: Tyre) -> float:
+def require_mu(tyre: Tyre) -> float:
     """The tyre's mu [1]; refused where it has none."""
     if tyre.mu is None:
         raise InvalidInputError("a simulation needs the tyre's mu, got none")

@@ -15,7 +15,7 @@ from symbolic.casadi_functions import named_function
 from symbolic.effects.base import Effect, Parameter, parameter_name, with_scope
 from symbolic.elements_in_series import SEARCH_STEPS, advance_in_series, series_deflection
 from symbolic.errors import InvalidInputError
-from symbolic.full_slide import build_full_slide
+from symbolic.full_slide_friction import build_full_slide
 from symbolic.parameters import FRICTION, STIFFNESS
 from symbolic.patch_interface import Expression, Patch, Signals, patch_inputs
 from symbolic.zone_patch import ZonePatch
@@ -116,7 +116,7 @@ class Model:
     @property
     def memory_size(self) -> int:
         """Length of the memory: the patch angle, the patch, then each effect's own."""
-        return 1 + self.patch().size + sum(effect.memory for effect in self.effects)
+        return 1 + self.patch().memory_size + sum(effect.memory for effect in self.effects)
 
     @property
     def initial(self) -> ca.Function:
@@ -148,7 +148,7 @@ class Model:
 
     @property
     def full_slide(self) -> ca.Function:
-        """(memory, F_N, theta, geometry, rate) -> (mu_eff, M_slide), see `symbolic.full_slide`."""
+        """(memory, F_N, theta, geometry, rate) -> (mu_eff, M_slide), by `full_slide_friction`."""
         return build_full_slide(self)
 
     def memory_depends_on(self, coordinate: str) -> bool:
@@ -174,9 +174,11 @@ class Model:
             at += len(effect.parameters)
         return split
 
-    def split_memory(self, memory: Expression) -> tuple[Expression, Expression, list[Expression]]:
+    def split_angle_patch_effects(
+        self, memory: Expression
+    ) -> tuple[Expression, Expression, list[Expression]]:
         """Patch angle, patch memory, and each effect's own memory."""
-        own = 1 + self.patch().size
+        own = 1 + self.patch().memory_size
         return memory[0], memory[1:own], self.split_effect_memories(memory, own)
 
     def split_effect_memories(self, memory: Expression, at: int = 0) -> list[Expression]:
@@ -201,7 +203,7 @@ def _build_initial(model: Model) -> ca.Function:
     angle = first.psi
     for effect, values in model.values_by_effect(theta):
         angle = angle - effect.initial_angle(values)
-    memory = [angle, ca.MX(ca.DM(model.patch().initial()))]
+    memory = [angle, ca.MX(ca.DM(model.patch().virgin_memory()))]
     memory += [effect.initial(first) for effect in model.effects if effect.memory]
     inputs = {"signals": signals, "theta": theta, "geometry": geometry}
     return named_function("initial", inputs, {"memory": ca.vertcat(*memory)})
@@ -242,7 +244,7 @@ def _advance_memory(
     model: Model, memory: ca.MX, signals: ca.MX, theta: ca.MX, geometry: ca.MX
 ) -> tuple[ca.MX, Signals, Expression]:
     """The memory after a sample, the sample as the patch saw it, and what drove the patch."""
-    angle, before, own = model.split_memory(memory)
+    angle, before, own = model.split_angle_patch_effects(memory)
     patch_signals, memories, factor = transform_sample_by_effects(model, own, signals, theta)
     patch, turn = model.patch(theta), patch_signals.psi - angle
     coefficients = patch.coefficients(patch_inputs(patch_signals, factor, theta, geometry))
@@ -276,7 +278,7 @@ def _torque(
     model: Model, memory: ca.MX, patch_signals: Signals, coefficients: Expression, theta: ca.MX
 ) -> Expression:
     """M_z of the memory after a sample [N m]."""
-    _, patch, own = model.split_memory(memory)
+    _, patch, own = model.split_angle_patch_effects(memory)
     M_z = model.patch(theta).torque(patch, coefficients) + effect_memory_torque(own, model, theta)
     return add_effect_torques(M_z, model, patch_signals, theta)
 

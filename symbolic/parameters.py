@@ -99,7 +99,7 @@ class Rig:
         J_A: moment of inertia about the kingpin A [kg m^2], within `INERTIA`; None where unknown.
         b_t: torsional damping [N m s/rad], from 0 to `MAX_DAMPING`; None where unknown.
         slide_rate: turning rate at which the torque of full slide, and so the effective friction, is
-            stated [rad/s], greater than 0; see `symbolic.full_slide`.
+            stated [rad/s], greater than 0; see `symbolic.full_slide_friction`.
         tolerances: how far off a, e, k, the recorded load and the torque's zero may be.
         noise: white error of the torque sensor, of one sample in 10 ms, greater than 0 [N m]; None
             where unknown, as for the next two.

@@ -54,7 +54,7 @@ class Patch(Protocol):
     """A realisation of the contact patch: a memory and the rule that advances it."""
 
     @property
-    def size(self) -> int:
+    def memory_size(self) -> int:
         """Length of the memory vector."""
 
     @property
@@ -65,7 +65,7 @@ class Patch(Protocol):
     def coefficient_size(self) -> int:
         """Length of the vector that `coefficients` returns."""
 
-    def initial(self) -> Array:
+    def virgin_memory(self) -> Array:
         """The memory of a patch that has never been turned, shape (size,)."""
 
     def coefficients(self, inputs: PatchInputs) -> Expression:

@@ -40,7 +40,7 @@ def unit_gauss_legendre(order: int) -> tuple[Array, Array]:
     return (nodes + 1.0) / 2.0, weights / 2.0
 
 
-def edge_to_zone_boundary(z: Expression, a: Expression, arm: Expression) -> Expression:
+def edge_to_boundary_distance(z: Expression, a: Expression, arm: Expression) -> Expression:
     """Distance w from a patch edge at which |xi| = z >= 0 [1/m], without cancellation [m].
 
     Solves z w (2 a - w) = arm - w, the quadratic of the zone boundary ([Györök 2022], appendix), in the
@@ -58,14 +58,16 @@ def unit_corner_moment(z: Expression, a: Expression, e: Expression) -> Expressio
     with (3.4); G(0) = 2 a (a^2 / 3 + e^2) is the stiffness of the sticking patch over k, (5.7). The
     integrand is a cubic in x, so two Gauss-Legendre nodes integrate it exactly.
     """
-    return sum(edge_strip_moment(z, edge_to_zone_boundary(z, a, arm), a, arm) for arm in (a - e, a + e))
+    return sum(
+        edge_strip_moment(z, edge_to_boundary_distance(z, a, arm), a, arm) for arm in (a - e, a + e)
+    )
 
 
 def edge_strip_moment(z: Expression, width: Expression, a: Expression, arm: Expression) -> Expression:
     """Int (|xi| - z) (a^2 - x^2) |x - e| dx from a patch edge to a width [m] from it [m^3].
 
-    The integrand vanishes at `edge_to_zone_boundary`, so there the derivative by z is that at a fixed
-    width.
+    The integrand vanishes at `edge_to_boundary_distance`, so there the derivative by z is that at a
+    fixed width.
     """
     nodes, weights = unit_gauss_legendre(2)
     total: Expression = 0
@@ -85,7 +87,7 @@ def corner_moment_and_derivative(z: ca.SX, a: ca.SX, e: ca.SX) -> ca.SX:
     """
     moment, by_z = ca.SX(0), ca.SX(0)
     for arm in (a - e, a + e):
-        w = edge_to_zone_boundary(z, a, arm)
+        w = edge_to_boundary_distance(z, a, arm)
         moment += w * (arm * (arm - w) + w * w * (1 / 3))
         by_z -= w * w * (a * arm + w * (w * 0.25 - (2 * a + arm) * (1 / 3)))
     return ca.vertcat(moment + z * by_z, by_z)

@@ -109,7 +109,7 @@ def _simulate_untared(
     )
 
 
-def memory_for_full_slide(model: Model, signals: Array, theta: Array) -> Array:
+def final_full_slide_memory(model: Model, signals: Array, theta: Array) -> Array:
     """The memory (memory_size,) after a recording, as far as full slide depends on it; the rest is 0.
 
     It is what effects on friction count up, such as the travel of `friction_drift`. Signals (4, n) are
@@ -120,7 +120,7 @@ def memory_for_full_slide(model: Model, signals: Array, theta: Array) -> Array:
         effect.memory and type(effect).friction is not Effect.friction for effect in model.effects
     ):
         return memory
-    step, count, own = _effect_memories_step(model), signals.shape[1], 1 + model.patch().size
+    step, count, own = _effect_memories_step(model), signals.shape[1], 1 + model.patch().memory_size
     begin = np.asarray(model.initial(signals[:, 0], theta, np.zeros(len(GEOMETRY)))).ravel()[own:]
     after = step.fold(count)(begin, signals, np.tile(theta[:, None], count))
     memory[own:] = np.asarray(after).ravel()

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from symbolic.errors import InvalidInputError
 from symbolic.float_array import Array
-from symbolic.masing import TurningPoints, declared_friction
+from symbolic.masing import TurningPoints, require_mu
 from symbolic.parameters import Rig, Tyre, require_positive
 from symbolic.wheel_integrator import (
     CONSTANTS,
@@ -80,9 +80,9 @@ class WheelMotion:
     steps: int
 
     @property
-    def zones(self) -> NDArray[np.int64]:
+    def zone_count(self) -> NDArray[np.int64]:
         """Number of zones of the deformation, shape (n,): 1 until the wheel has turned."""
-        count = np.array([memory.zones for memory in self.memory])
+        count = np.array([memory.zone_count for memory in self.memory])
         return np.where((count == 3) & (self.psi == 0), 1, count)
 
 
@@ -124,7 +124,7 @@ def _motion_constants(rig: Rig, tyre: Tyre, load: float) -> dict[str, float]:
     require_positive("the load", load, "N")
     if rig.J_A is None or rig.b_t is None:
         raise InvalidInputError("a motion needs the rig's J_A and b_t, got none")
-    values = (load, declared_friction(tyre), tyre.k, rig.a, rig.e, rig.J_A, rig.b_t)
+    values = (load, require_mu(tyre), tyre.k, rig.a, rig.e, rig.J_A, rig.b_t)
     return dict(zip(CONSTANTS, values, strict=True))
 
 

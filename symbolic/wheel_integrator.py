@@ -155,7 +155,7 @@ def _step_to_event(
         return 0.0, state._replace(memory=memory.without_last_point(), direction=-direction, sure=False)
     if turns:
         h, end = turns, stepper.evaluate_step(turns)
-    closes = direction * (end[0] - memory.closing_angle) > 0
+    closes = direction * (end[0] - memory.loop_closing_angle) > 0
     if closes:
         h = _loop_closure_time(stepper, state, h)
         end = stepper.evaluate_step(h)
@@ -193,7 +193,7 @@ def _reversal_time(stepper: WheelStepper, state: WheelState, end: list[float], h
 
 def _loop_closure_time(stepper: WheelStepper, state: WheelState, h: float) -> float:
     """Time within a step at which the present loop closes [s]."""
-    goal = state.memory.closing_angle
+    goal = state.memory.loop_closing_angle
     if state.direction * (goal - state.psi) <= 0:
         return 0.0
     return _crossing_time(stepper, 0, goal, 0.0, h)

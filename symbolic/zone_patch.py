@@ -47,13 +47,13 @@ class ZonePatch:
             raise InvalidInputError(f"corners must be at least 4, got {self.corners}")
 
     @property
-    def size(self) -> int:
+    def memory_size(self) -> int:
         """Length of the memory vector, twice the corners."""
         return 2 * self.corners
 
-    def initial(self) -> Array:
+    def virgin_memory(self) -> Array:
         """The virgin patch, r = 0 everywhere: zeros of shape (size,)."""
-        return np.zeros(self.size)
+        return np.zeros(self.memory_size)
 
     def coefficients(self, inputs: PatchInputs) -> Expression:
         """The limit at this sample and the constants of the torque; see `Patch.coefficients`."""
@@ -63,7 +63,7 @@ class ZonePatch:
     def advance(self, memory: Expression, turn: Expression, coefficients: Expression) -> Expression:
         """One sample: shear by the turn, clip at the limit; see `Patch.advance`."""
         level, scale, _, a, _ = ca.vertsplit(coefficients)
-        xi, r = drop_least_corner(memory[: self.corners], memory[self.corners :], scale, a)
+        xi, r = drop_least_corner_if_full(memory[: self.corners], memory[self.corners :], scale, a)
         xi, r = clip_polyline(xi, r - xi * turn, turn, level)
         return ca.vertcat(xi, r)
 
@@ -135,11 +135,11 @@ def _ratio_or_zero(numerator: Expression, denominator: Expression, valid: Expres
 
 def _first_kept_entries(n: int, keep: Expression, *columns: Expression) -> list[Expression]:
     """The first n kept entries of each column; unused places repeat the last kept one, or zero."""
-    order = _kept_order_function(keep.numel(), n)(keep)
+    order = _kept_indices_function(keep.numel(), n)(keep)
     return [ca.MX(ca.vertcat(0, column)).nz[order] for column in columns]
 
 
-def _kept_order_function(candidates: int, n: int) -> ca.Function:
+def _kept_indices_function(candidates: int, n: int) -> ca.Function:
     """Which of 0, candidate 1, candidate 2 ... stands in each of n places; it has no derivative."""
     keep = ca.MX.sym("keep", candidates)
     numbers = ca.MX(ca.DM(range(1, candidates + 1)))
@@ -166,7 +166,7 @@ def polyline_moment(
     return k * ca.dot(slope, moment[:-1] - moment[1:])
 
 
-def drop_least_corner(
+def drop_least_corner_if_full(
     xi: Expression, r: Expression, scale: Expression, a: Expression
 ) -> tuple[Expression, Expression]:
     """Drop the corner with the least weight in the torque where fewer than three places are free.

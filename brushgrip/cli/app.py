@@ -174,9 +174,9 @@ def _print_error_get_exit_status(error: Exception) -> int:
 
 
 def _print_error(message: str) -> None:
-    from symbolic.errors import one_line
+    from symbolic.errors import cut_to_one_line
 
-    print(f"brushgrip: {one_line(' '.join(message.split()))}", file=sys.stderr)
+    print(f"brushgrip: {cut_to_one_line(' '.join(message.split()))}", file=sys.stderr)
 
 
 def repeat_flag_per_value(arguments: Sequence[str]) -> list[str]:

@@ -87,7 +87,7 @@ class CodegenRequest:
 
     def run(self) -> None:
         """Write an observer as C, as an FMU or as a package of ROS 2."""
-        from brushgrip.estimation.suspicious_recordings import weaker_direction_share_and_note
+        from brushgrip.estimation.suspicious_recordings import direction_deficit_and_note
         from brushgrip.inputs.command_inputs import gather_inputs
         from brushgrip.inputs.model_observer_from_options import (
             model_observer_from_options,
@@ -134,7 +134,7 @@ class CodegenRequest:
         print_line(observer_export.prior_in_words(observer, self.rig))
         observer_export.remove_stale_description(self.out / f"{self.name}.a2l", finals)
         if found is not None:
-            _, unlike = weaker_direction_share_and_note(found.values_for_estimation(self.ground))
+            _, unlike = direction_deficit_and_note(found.values_for_estimation(self.ground))
             for line in filter(None, (found.ground_used_text(self.ground), unlike)):
                 print_line(line)
         show_json({"wrote": list(map(str, finals)), "cost": {"state_bytes": size, **asdict(cost)}})

@@ -166,7 +166,7 @@ class EstimateRequest(ModelRunRequest):
         from brushgrip.wording.diagnosis_in_words import taken_from_model
         from brushgrip.wording.recording_remarks import (
             MAX_NAMED,
-            friction_of_grounds,
+            friction_lines_by_ground,
             friction_range,
             printed_rows,
             remark_counts,
@@ -191,7 +191,7 @@ class EstimateRequest(ModelRunRequest):
                     "Friction ± 95 % band, last usable, and share usable of the samples with a torque"
                 )
                 print_table(title, *printed_rows(rows), overflow="fold")
-            for line in friction_of_grounds(rows):
+            for line in friction_lines_by_ground(rows):
                 print_line(line)
             print_line(
                 f"estimated {len(rows) - faults} of {len(rows)} recordings; {friction_range(rows)}"

@@ -49,7 +49,7 @@ def valid_folder_name(path: Path | None) -> Path | None:
     return path
 
 
-def resolve_model_file(path: Path | None) -> Path | None:
+def model_file_in_folder(path: Path | None) -> Path | None:
     """The name of a model file: of a folder of a diagnosis, that in it."""
     from observers.interfaces.observer_from_files import model_file_in
 
@@ -106,7 +106,7 @@ ModelFile = Annotated[
         "--model",
         "MODEL",
         "Folder of a diagnosis, or its model file (model.json); the declared model without it.",
-        callback=resolve_model_file,
+        callback=model_file_in_folder,
     ),
 ]
 TuningProfile = Annotated[

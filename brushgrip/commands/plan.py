@@ -96,7 +96,7 @@ class PlanRequest:
         from brushgrip.pictures.plan import draw_plan_and_forecast
         from observers import aligning_torque_for, plan
         from observers.interfaces.observer_from_files import read_vehicle_file
-        from observers.planning.forecast import assumed_noise
+        from observers.planning.forecast import assumed_torque_noise
         from observers.planning.plan_request_check import MUS
 
         limits, target = chosen_limits(self.limit), parse_share(self.target)
@@ -127,7 +127,7 @@ class PlanRequest:
                 draw_plan_and_forecast(stages[1], planned)
         print_line(turning_instruction(planned, car, inputs.signals.of("psi")))
         asked = of_wheel and not aligning_torque_for(inputs.read_found_model()).stiffness
-        self._print_plan(planned, finals, car, assumed_noise(observer, F_N), counts_k=asked)
+        self._print_plan(planned, finals, car, assumed_torque_noise(observer, F_N), counts_k=asked)
 
     def _print_plan(
         self, planned: "Plan", finals: list[Path], car: "Vehicle | None", noise: float, *, counts_k: bool

@@ -118,7 +118,7 @@ def _compiled_ekf(
 
 
 ANALYTIC = 9
-"""Column of `correction_network_inputs` that holds the analytic estimate of mu."""
+"""Column of `root_mu_correction_inputs` that holds the analytic estimate of mu."""
 MIN_REVERSAL = 5e-4
 """Least turn back that is taken for a reversal [rad], as in `observers.RootObserver`."""
 
@@ -135,7 +135,7 @@ def neural_network_inputs(recording: Recording) -> Array:
     return np.column_stack([recording.psi - recording.psi[0], _zones(recording).psi_max, M])
 
 
-def correction_network_inputs(recording: Recording) -> Array:
+def root_mu_correction_inputs(recording: Recording) -> Array:
     """Inputs of the network of [Györök 2022], section 4.2, shape (n, 10).
 
     psi, psi_max, M, e, F_N, direction, five zones or three, a, k and the analytic estimate of mu.
@@ -164,7 +164,7 @@ def train_root_correction_network(
     """
     tanh = replace(design or NetworkDesign(), activation=Activation.TANH)
     return train_network(
-        recordings, correction_network_inputs, tanh, base=ANALYTIC, name="root and network"
+        recordings, root_mu_correction_inputs, tanh, base=ANALYTIC, name="root and network"
     )
 
 

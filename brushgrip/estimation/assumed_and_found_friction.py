@@ -22,7 +22,7 @@ from observers import GroundFriction, SelfConsistency, friction_spread, ground_f
 from symbolic import Rig
 from symbolic.patch_moment import full_slide_arm
 from symbolic.tables.found_model import has_implausible_stiffness
-from symbolic.trajectory_sensitivity import memory_for_full_slide
+from symbolic.trajectory_sensitivity import final_full_slide_memory
 
 _TrackAndConsistency = tuple[FrictionTrack, SelfConsistency]
 Stage = Mapping[str, SelfConsistency]
@@ -73,7 +73,7 @@ class FrictionByBothModels:
         return [name for name, track in self.tracks_of().items() if track.last_usable is None]
 
     @property
-    def all_tracks(self) -> tuple[FrictionTrack, ...]:
+    def complete_tracks(self) -> tuple[FrictionTrack, ...]:
         """All tracks of the recordings that have one by every observer."""
         return tuple(track for track in self.tracks if track.name in self.tracks_of(MHE_FOUND))
 
@@ -93,7 +93,7 @@ class FrictionByBothModels:
             if own
         }
 
-    def last_band_by_ground(self, label: str = EKF_FOUND) -> dict[str, GroundFriction]:
+    def prediction_band_by_ground(self, label: str = EKF_FOUND) -> dict[str, GroundFriction]:
         """Those of `further` that have a band for a further recording."""
         usable = self.last_usable_by_ground(label)
         return {ground: one for ground, one in usable.items() if one.further is not None}
@@ -200,7 +200,9 @@ def friction_by_both_models(
     # To build an observer takes longer than to run it, and one serves all recordings.
     outcomes: dict[str, dict[str, _TrackAndConsistency]] = results_of(
         {
-            label: submit(_tracks, observer, model, some, by_found if model else by_declared, load)
+            label: submit(
+                _tracks_and_consistency, observer, model, some, by_found if model else by_declared, load
+            )
             for label, (observer, model, some) in runs.items()
         }
     )
@@ -244,7 +246,7 @@ def _friction_without_stand_ins(
     }
 
 
-def _tracks(
+def _tracks_and_consistency(
     observer: ObserverName,
     model: FoundModel | None,
     recordings: Sequence[Recording],
@@ -283,7 +285,7 @@ def offline_mu_eff_at_end(
     fitted = found.rig.get(recording.name, {})
     load = float(np.median(recording.F_N)) if load is None else load
     theta = model.theta(found.values_for_recording(recording.name, ground=recording.ground))
-    memory = memory_for_full_slide(model, signals_of(recording), np.asarray(theta).ravel())
+    memory = final_full_slide_memory(model, signals_of(recording), np.asarray(theta).ravel())
     _, corrected = model.full_slide(
         memory,
         load * fitted.get("load", 1.0),

@@ -12,7 +12,7 @@ from observers.estimates import BAND_STDS
 from observers.quality.usable_stretches import last_usable
 from observers.tuning import OF_LOAD, OF_SCALE
 from symbolic import Vehicle
-from symbolic.vehicle.mean_wheel import friction_uncertainties
+from symbolic.vehicle.mean_wheel import mu_std_by_cause
 
 MAX_BUDGET_SAMPLES = 100_000
 """Samples that go through the filter once more."""
@@ -63,7 +63,7 @@ def friction_budget(
     shares = uncertainty_budget(observer, at, **channels)
     if car is not None:
         del shares[OF_LOAD], shares[OF_SCALE]
-        declared = friction_uncertainties(car.vehicle, brakes=car.brakes[number])
+        declared = mu_std_by_cause(car.vehicle, brakes=car.brakes[number])
         shares |= {OF_VEHICLE[name][0]: share for name, share in declared.items()}
     half = BAND_STDS * float(estimates.mu_eff[last_usable(estimates)])
     return {name: half * share for name, share in shares.items() if share > 0}
@@ -71,7 +71,7 @@ def friction_budget(
 
 def declared_uncertainty_text(vehicle: Vehicle, *, brakes: bool) -> str:
     """The declared values in mu with their standard deviations, and what narrows them most."""
-    shares = friction_uncertainties(vehicle, brakes=brakes)
+    shares = mu_std_by_cause(vehicle, brakes=brakes)
     values = {
         "front_axle_load": f"front_axle_load {vehicle.front_axle_load:.0f} N",
         "half_length": f"half_length {1e3 * vehicle.a:.0f} mm",

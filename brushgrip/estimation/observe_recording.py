@@ -12,7 +12,7 @@ from brushgrip.estimation.friction_by_direction import (
     gated_by_single_friction,
     observer_with_single_friction,
 )
-from brushgrip.estimation.signal_map_remedy import remedy_by_channel
+from brushgrip.estimation.signal_map_remedy import name_channel_in_remedy
 from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.inputs.option_values import ChosenTuning
 from identification import FoundModel, Recording, Standstills
@@ -37,7 +37,11 @@ from observers import (
     smooth,
     tuning_for,
 )
-from observers.quality.usable_stretches import last_uncontradicted, steady_index, usable_held
+from observers.quality.usable_stretches import (
+    last_uncontradicted,
+    steadily_usable_index,
+    usable_between_torques,
+)
 from symbolic import InvalidInputError, Model, rig_of
 from symbolic.float_array import Array
 
@@ -96,7 +100,7 @@ class FrictionTrack:
     @property
     def usable_since(self) -> int:
         """The sample since which the last usable friction, which there has to be, was steadily so."""
-        return steady_index(self.t, self.usable, self._ground_begin)
+        return steadily_usable_index(self.t, self.usable, self._ground_begin)
 
     @property
     def _ground_begin(self) -> int:
@@ -128,7 +132,7 @@ def model_observer(
         # A causal observer cannot know what was fitted to a whole recording, such as its torque zero.
         model = found.model
         values = found.values_for_estimation(recording.ground, tared=is_first_torque_zero(recording))
-        rig = found.rig_for_stiffness(recording.rig, recording.tyre.k, recording.ground)
+        rig = found.rig_with_k_tolerance(recording.rig, recording.tyre.k, recording.ground)
     measurement_model: MeasurementModel = SteeringTorque()
     if (car := recording.standstills) is not None:
         measurement_model = RackForce.of(car.vehicle, brakes=car.brakes[0])
@@ -198,7 +202,7 @@ def observe(
         observer = factory(recording, found)
     except InvalidInputError as error:
         raise InvalidInputError(
-            f"{recording.name}: {remedy_by_channel(recording, str(error))}"
+            f"{recording.name}: {name_channel_in_remedy(recording, str(error))}"
         ) from None
     if not smoothed:
         single = observer_with_single_friction(observer)
@@ -288,7 +292,7 @@ def friction_track(
         t=estimates.t,
         mu=mu_eff_or_mu(estimates),
         mu_std=estimates.mu_eff_std,
-        usable=usable_held(estimates),
+        usable=usable_between_torques(estimates),
         changes=estimates.t[estimates.status & Status.RESET != 0],
         inconsistent=(estimates.status & Status.INCONSISTENT != 0) & estimates.has_measured_torque,
         turn=estimates.turn,

@@ -9,9 +9,9 @@ import numpy as np
 
 from brushgrip.wording.friction_in_words import LACKING
 from identification import Recording
-from identification.reading.signal_map import USUAL_RATIO, SignalSource, corrected_map
+from identification.reading.signal_map import USUAL_RATIO, SignalSource, corrected_map_text
 from identification.reading.units import factor_of
-from identification.reading.units_by_magnitude import unit_of_period
+from identification.reading.units_by_magnitude import time_unit_by_period
 from symbolic.patch_moment import full_slide_arm
 
 SURELY_DEGREES = 4 * math.pi
@@ -74,7 +74,9 @@ def causes_with_map(recording: Recording, causes: Sequence[str], torque: str) ->
         if cause.startswith(TIME):
             source = _source(recording, "t")
             in_its_unit = recording.t / (factor_of("t", source.unit or "") or 1.0)
-            changed["t"] = replace(source, unit=unit_of_period(float(np.median(np.diff(in_its_unit)))))
+            changed["t"] = replace(
+                source, unit=time_unit_by_period(float(np.median(np.diff(in_its_unit))))
+            )
         if recording.standstills is None and (scale := SCALE.match(cause)):
             ratio = _remedy_if_torque_is_scaled(recording, torque, float(scale[1])) + BESIDE
     why = "; ".join(causes if recording.standstills is None else map(_cause_in_vehicle_keys, causes))
@@ -87,11 +89,18 @@ def causes_with_map(recording: Recording, causes: Sequence[str], torque: str) ->
         ratio = ""
     if recording.standstills is None and why.startswith(OTHER_POUNDS):
         load = _source(recording, "F_N")
-        maps = (corrected_map(recording.sources, {"F_N": replace(load, unit=u)}) for u in ("kgf", "lbf"))
+        maps = (
+            corrected_map_text(recording.sources, {"F_N": replace(load, unit=u)}) for u in ("kgf", "lbf")
+        )
         return f"{why}: {' or '.join(maps)}"
     if recording.standstills is None and why.startswith(CLIPPED):
         why = _lower_bound_and_cause_text(recording, why)
-    return why + (f": {corrected_map(recording.sources, changed)}" if changed else "") + ratio + counter
+    return (
+        why
+        + (f": {corrected_map_text(recording.sources, changed)}" if changed else "")
+        + ratio
+        + counter
+    )
 
 
 def _lower_bound_and_cause_text(recording: Recording, why: str) -> str:
@@ -112,7 +121,7 @@ def _remedy_if_torque_is_scaled(recording: Recording, torque: str, scale: float)
         return FOR_K
     source, angle = _source(recording, torque), _source(recording, "psi")
     of_hand = f"if psi is the steering wheel's, without a ratio yet: --steering-ratio {USUAL_RATIO}; "
-    shaft = corrected_map(recording.sources, {torque: source.geared_by_steering_ratio(torque)})
+    shaft = corrected_map_text(recording.sources, {torque: source.geared_by_steering_ratio(torque)})
     told = (
         f"; {'' if source.ratio else of_hand}if the torque is of its shaft: {shaft}{source.ratio_hint}"
     )
@@ -120,18 +129,18 @@ def _remedy_if_torque_is_scaled(recording: Recording, torque: str, scale: float)
         return told
     if angle.unit is None:
         degrees = {"psi": replace(angle, unit="deg")}
-        told += f"; if psi is in degrees: {corrected_map(recording.sources, degrees)}"
+        told += f"; if psi is in degrees: {corrected_map_text(recording.sources, degrees)}"
     other = "N m" if source.unit else "kN m"
     entry = {torque: replace(source, unit=other.replace(" ", ""))}
-    return f"{told}; if the torque is in {other}: {corrected_map(recording.sources, entry)}"
+    return f"{told}; if the torque is in {other}: {corrected_map_text(recording.sources, entry)}"
 
 
-def remedy_by_channel(recording: Recording, text: str) -> str:
+def name_channel_in_remedy(recording: Recording, text: str) -> str:
     """The text, with the channel of the file where it proposes to take M_z from the column M."""
     source = _source(recording, "M")
     turned = {"M_z": replace(source, factor=-source.factor)}
     others = {column: one for column, one in recording.sources.items() if column != "M"}
-    return text.replace("--map M_z=-M", corrected_map(others, turned))
+    return text.replace("--map M_z=-M", corrected_map_text(others, turned))
 
 
 def _map_if_t_counts_samples(recording: Recording) -> str:

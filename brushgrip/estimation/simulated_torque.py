@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from identification import FoundModel, Recording, Values, replaced_rig, signals_of
 from symbolic import InvalidInputError, Model, simulate
-from symbolic.trajectory_sensitivity import memory_for_full_slide
+from symbolic.trajectory_sensitivity import final_full_slide_memory
 
 
 def simulation_model_and_values(
@@ -52,7 +52,7 @@ def values_in_words(
         return line
     model, load = found.model, float(np.median(recording.F_N))
     theta = model.theta(values)
-    memory = memory_for_full_slide(model, signals_of(recording), np.asarray(theta).ravel())
+    memory = final_full_slide_memory(model, signals_of(recording), np.asarray(theta).ravel())
     mu_eff, _ = model.full_slide(memory, load, theta, [a, e], recording.rig.slide_rate)
     line += "; not known as a file of the model" * (not own)
     return f"{line}; mu_eff, which estimate tells, is {float(mu_eff):.2f} at {load:.0f} N"

@@ -22,10 +22,10 @@ from brushgrip.wording.friction_in_words import LACKING, LACKING_STILL, MIN_REPO
 from identification import FoundModel, Recording
 from identification.reading.declared_sensor_range import (
     drop_torques_beyond_range,
-    greatest_friction,
+    max_measurable_friction,
     share_beyond_range,
 )
-from identification.reading.sensor_saturation import sensor_saturation
+from identification.reading.undeclared_sensor_limit import detect_saturation
 from identification.residuals.unexplained_residual import white_noise_std
 from observers import Ekf, Estimates, Loop, Mhe, Observer, Status, suspicions_of
 from observers.estimates import BAND_STDS
@@ -61,7 +61,7 @@ def implausibility_lines(recordings: Sequence[Recording]) -> list[str]:
 def doubtful_inputs(recordings: Sequence[Recording]) -> dict[str, str]:
     """Those lines, and one where a torque seems to end by its sensor, each with its note."""
     noted = {line: f"{SUSPECTED}: {line}" for line in implausibility_lines(recordings)}
-    ends = [f"{r.name}: {end}" for r in recordings if (end := unknown_range_note(r))]
+    ends = [f"{r.name}: {end}" for r in recordings if (end := suspected_range_note(r))]
     return noted | {line: f"{MAY_END}: {line}" for line in ends}
 
 
@@ -72,7 +72,7 @@ def suspected_cause(
     flagged = np.flatnonzero(estimates.status[:MAX_REPLAYED_SAMPLES] & Status.SUSPECT)
     if flagged.size <= MIN_REPORTED_SHARE * estimates.t.size:
         return ""
-    loop = _replayed(
+    loop = _loop_after_replay(
         observer_with_single_friction(factory(recording, found)), recording, 0, int(flagged[-1])
     )
     return causes_with_map(recording, loop.suspicions, torque_channel_name(recording))
@@ -87,7 +87,7 @@ def why_not_acquired(observer: Observer, recording: Recording, estimates: Estima
     observer = observer_with_single_friction(observer)
     if status != Status.ACQUIRING or not isinstance(observer, Ekf | Mhe):
         return ""
-    loop = _replayed(observer, recording, 0, min(estimates.t.size, MAX_REPLAYED_SAMPLES) - 1)
+    loop = _loop_after_replay(observer, recording, 0, min(estimates.t.size, MAX_REPLAYED_SAMPLES) - 1)
     verdict = dict(zip(VERDICT, np.ravel(loop.state["verdict"]).tolist(), strict=True))
     off = hypot(verdict["var_log_gain"] ** 0.5, observer.effective_tuning.error)
     if verdict["verified"] or abs(verdict["log_gain"]) <= CLEARLY_OFF * off:
@@ -110,7 +110,7 @@ def car_force_slope_note(factory: ObserverFactory, recording: Recording, at: int
     observer, first = factory(held, None), int(np.argmax(car.stretch == number))
     if not isinstance(observer, Ekf | Mhe):
         return ""
-    loop = _replayed(observer, held, max(first, at - MAX_REPLAYED_SAMPLES), at)
+    loop = _loop_after_replay(observer, held, max(first, at - MAX_REPLAYED_SAMPLES), at)
     verdict = dict(zip(VERDICT, np.ravel(loop.state["verdict"]).tolist(), strict=True))
     slope, variance = exp(verdict["log_gain"]), verdict["var_log_gain"]
     known = observer.effective_tuning.stiffness_std
@@ -125,7 +125,7 @@ def car_force_slope_note(factory: ObserverFactory, recording: Recording, at: int
     )
 
 
-def _replayed(observer: Observer, recording: Recording, first: int, last: int) -> Loop:
+def _loop_after_replay(observer: Observer, recording: Recording, first: int, last: int) -> Loop:
     """The loop of an observer after these samples of a recording."""
     loop = Loop(observer)
     for sample in islice(samples_of(recording), first, last + 1):
@@ -215,7 +215,7 @@ def constant_load_note(recording: Recording) -> str:
     return told * bool(not known and np.ptp(recording.F_N) == 0)
 
 
-def weaker_direction_share_and_note(
+def direction_deficit_and_note(
     values: Mapping[str, float], mu_eff: float = nan, mu_eff_std: float = nan
 ) -> tuple[float, str]:
     """Share of mu_eff that the weaker direction of a found model holds less; in words from 1 % on.
@@ -240,12 +240,12 @@ def range_reached_note(recording: Recording) -> str:
         return ""
     return (
         f"torque at its sensor's range, {recording.rig.range:g} N m, left out: in {100 * share:.0f} % of"
-        f" the samples; friction above {greatest_friction(recording):.2f} cannot be told with this"
+        f" the samples; friction above {max_measurable_friction(recording):.2f} cannot be told with this"
         " sensor at this load"
     )
 
 
-def unknown_range_note(recording: Recording) -> str:
+def suspected_range_note(recording: Recording) -> str:
     """That the sensor of the torque seems to end, where no range is declared; empty if it does not."""
     if recording.standstills is not None or recording.rig.range is not None:
         return ""
@@ -253,8 +253,8 @@ def unknown_range_note(recording: Recording) -> str:
 
 
 def torque_saturation_note(torque: Array, psi: Array, F_N: Array) -> str:
-    """That a torque seems to end by its sensor, arguments as of `sensor_saturation`; empty if not."""
-    if (end := sensor_saturation(torque, psi, F_N)) is None:
+    """That a torque seems to end by its sensor, arguments as of `detect_saturation`; empty if not."""
+    if (end := detect_saturation(torque, psi, F_N)) is None:
         return ""
     return (
         f"the torque seems to end at {end.torque:.2g} N m by its sensor, not by the ground: {end.sign};"

@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 
 from symbolic import Effect, InvalidInputError, Model, effects_in
-from symbolic.errors import one_line
+from symbolic.errors import cut_to_one_line
 
 HOOKS = (
     "transform_inputs", "initial_angle", "friction", "traits", "deflection", "torque",
@@ -24,7 +24,7 @@ def import_user_effects(modules: Sequence[str] | None) -> tuple[Effect, ...]:
     a search find the same modules, and no file that lies in it takes the place of an installed one.
     """
     effects: dict[str, Effect] = {}
-    for name in _names(modules):
+    for name in _module_names(modules):
         for effect in _effects_of(name):
             if effects.setdefault(effect.name, effect) is not effect:
                 raise InvalidInputError(
@@ -37,13 +37,13 @@ def import_user_effects(modules: Sequence[str] | None) -> tuple[Effect, ...]:
 def effect_files(modules: Sequence[str] | None, effects: Sequence[Effect]) -> list[Path]:
     """The files of these modules, their packages and the classes of their effects; none for None."""
     kinds = [kind for effect in effects for kind in type(effect).__mro__]
-    names = [*_names(modules), *(kind.__module__ for kind in kinds)]
+    names = [*_module_names(modules), *(kind.__module__ for kind in kinds)]
     packages = [name.rsplit(".", depth)[0] for name in names for depth in range(name.count(".") + 1)]
     files = [getattr(sys.modules[name], "__file__", None) for name in dict.fromkeys([*names, *packages])]
     return [Path(file) for file in files if file]
 
 
-def _names(modules: Sequence[str] | None) -> list[str]:
+def _module_names(modules: Sequence[str] | None) -> list[str]:
     names = (name.strip() for entry in modules or () for name in entry.split(","))
     return list(dict.fromkeys(_make_importable(name) for name in names if name))
 
@@ -97,7 +97,7 @@ def _user_errors_as_input_error(what: str, remedy: str) -> Iterator[None]:
         raise
     except BaseException as error:
         try:
-            reason = one_line(str(error))
+            reason = cut_to_one_line(str(error))
         except Exception:  # __str__ is the user's code too.
             reason = "its message cannot be shown"
         raise InvalidInputError(f"{what}: {type(error).__name__}: {reason}; {remedy}") from None

@@ -70,7 +70,7 @@ class CanSource:
             return
         now, (message, signals) = frame.timestamp, wanted
         if self._new and now - min(self._new.values()) > MAX_SKEW:
-            self._add(min(self._new.values()), rows)
+            self._add_sample(min(self._new.values()), rows)
         padded = frame.is_fd and len(frame.data) > message.length
         try:
             if len(frame.data) != message.length and not padded:
@@ -90,9 +90,9 @@ class CanSource:
             if column in (self._angle, self._torque):
                 self._new[column] = now
         if len(self._new) == 2:
-            self._add(now, rows)
+            self._add_sample(now, rows)
 
-    def _add(self, now: float, rows: list[Row]) -> None:
+    def _add_sample(self, now: float, rows: list[Row]) -> None:
         both = (self._angle, self._torque)
         missing = {column: np.nan for column in both if column not in self._new}
         if silent := [c for c in self._came if c not in both and self._is_silent(c, now)]:

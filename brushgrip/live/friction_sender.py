@@ -9,7 +9,7 @@ from contextlib import suppress
 from importlib import import_module
 from math import ceil, isfinite
 
-from brushgrip.live.session_state_in_words import State, address_of, friction_of
+from brushgrip.live.session_state_in_words import State, friction_of, host_and_port
 from symbolic import InvalidInputError
 
 INTERVAL = 0.01
@@ -85,7 +85,10 @@ class FrictionSender:
         self._send(state)
 
     def _datagram_sender(self, destination: str, rest: str) -> Callable[[State], None]:
-        address, sender = address_of(destination, rest), socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        address, sender = (
+            host_and_port(destination, rest),
+            socket.socket(socket.AF_INET, socket.SOCK_DGRAM),
+        )
         sender.setblocking(False)
 
         def send(state: State) -> None:

@@ -9,7 +9,7 @@ from identification.reading.channels_by_name import map_hint, match_channel
 from identification.reading.map_for_recording import add_unit_by_name, choose_map_for_channels
 from identification.reading.sample_table import MAX_VALUES, possible_columns
 from identification.reading.signal_map import SignalMap
-from identification.reading.units import unit_of_name
+from identification.reading.units import unit_in_brackets
 from symbolic import InvalidInputError
 from symbolic.tables.toml_and_json_parsing import excerpt
 
@@ -74,7 +74,7 @@ class MappedColumns:
         return {column: values[name] * factor for column, (name, factor) in plan.items()}
 
     def _columns_among_names(self, names: tuple[str, ...]) -> dict[str, tuple[str, float]]:
-        own = {name: unit_of_name(name) for name in names[:MAX_NAMES]}
+        own = {name: unit_in_brackets(name) for name in names[:MAX_NAMES]}
         self._units = dict([*self._units.items(), *own.items()][:MAX_NAMES])
         try:
             found = self.find(own)

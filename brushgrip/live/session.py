@@ -78,7 +78,10 @@ class Session:
             source = self._open()
         except OSError as error:
             raise InvalidInputError(f"the source cannot be opened: {error}") from None
-        for name, target in (("read", lambda: self._read(source)), ("estimate", self._estimate_queued)):
+        for name, target in (
+            ("read", lambda: self._read_and_reopen(source)),
+            ("estimate", self._estimate_queued),
+        ):
             self._threads.append(threading.Thread(target=target, name=f"live-{name}", daemon=True))
             self._threads[-1].start()
 
@@ -140,7 +143,7 @@ class Session:
             parts += [remedy, *self.estimator.suspicions]
         return "; ".join(filter(None, parts))
 
-    def _read(self, source: Source) -> None:
+    def _read_and_reopen(self, source: Source) -> None:
         """Hand on what comes, until the end."""
         while not self._stop.is_set():
             try:

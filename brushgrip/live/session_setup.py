@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.estimation.observe_recording import ObserverFactory
-from brushgrip.estimation.suspicious_recordings import weaker_direction_share_and_note
+from brushgrip.estimation.suspicious_recordings import direction_deficit_and_note
 from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.recording_files import locate_recording
 from brushgrip.live.can_source import CanSource
 from brushgrip.live.mapped_columns import MappedColumns
 from brushgrip.live.row_estimation import CarStandstillEstimator, RowEstimator, WheelRowEstimator
-from brushgrip.live.session_state_in_words import address_of
+from brushgrip.live.session_state_in_words import host_and_port
 from brushgrip.live.sources import LineSource, ReplaySource, Source, UdpSource
 from brushgrip.live.steering_adviser import SteeringAdviser
 from brushgrip.outputs.console import print_line
@@ -48,7 +48,9 @@ def source_and_estimator(
         vehicle, observers = read_vehicle(inputs.vehicle), {}
         for held in (True, False):
             stands = Standstills(vehicle=vehicle, stretch=np.zeros(3, dtype=np.int64), brakes=(held,))
-            stub = replace(_stub(*rig_of(vehicle, brakes=held), "M_z", None), standstills=stands)
+            stub = replace(
+                _stub_recording(*rig_of(vehicle, brakes=held), "M_z", None), standstills=stands
+            )
             observers[held] = factory(stub, found)
         return open_source, CarStandstillEstimator(vehicle, observers, where, adviser)
     nominal = None if inputs.rig is None else read_rig(inputs.rig)
@@ -58,22 +60,25 @@ def source_and_estimator(
         raise InvalidInputError(f"{where}: needs the rig, --rig rig.toml, or --vehicle car.toml")
     rig, tyre = nominal
     if found is not None:
-        found.rig_for_stiffness(rig, tyre.k, ground)
+        found.rig_with_k_tolerance(rig, tyre.k, ground)
         if taken := found.ground_used_text(ground):
             print_line(taken)
     estimator = WheelRowEstimator(
-        lambda torque: factory(_stub(rig, tyre, torque, ground), found), adviser, where, inputs.signals
+        lambda torque: factory(_stub_recording(rig, tyre, torque, ground), found),
+        adviser,
+        where,
+        inputs.signals,
     )
     estimator.range_is_known = rig.range is not None
     if found is not None:
-        estimator.weaker, estimator.note = weaker_direction_share_and_note(
+        estimator.weaker, estimator.note = direction_deficit_and_note(
             found.values_for_estimation(ground)
         )
         estimator.loads = None if found.basis is None else found.basis.loads
     return open_source, estimator
 
 
-def _stub(rig: Rig, tyre: Tyre, torque: str, ground: str | None) -> Recording:
+def _stub_recording(rig: Rig, tyre: Tyre, torque: str, ground: str | None) -> Recording:
     """A recording that tells a factory what it has to know before there is one."""
     zeros, nothing = np.zeros(3), np.full(3, np.nan)
     return Recording(
@@ -92,7 +97,7 @@ def source_opener(
     if spec == "-":
         return lambda: LineSource(0, columns)
     if kind == "udp":
-        address = address_of(spec, rest)
+        address = host_and_port(spec, rest)
         return lambda: UdpSource(address, columns)
     interface, _, channel = rest.partition(":")
     if not interface or not channel:

@@ -59,7 +59,7 @@ def state_line(state: State) -> str:
     return "; ".join(filter(None, [friction, anew, state.status, state.advice, state.recording]))
 
 
-def address_of(spec: str, rest: str) -> tuple[str, int]:
+def host_and_port(spec: str, rest: str) -> tuple[str, int]:
     """Host and port of `HOST:PORT` or `PORT`, which means this machine alone."""
     host, _, port = rest.rpartition(":")
     if not (port.isascii() and port.isdigit() and 0 < int(port[:9]) < 65536):

@@ -17,7 +17,7 @@ from brushgrip.live.mapped_columns import MappedColumns, Row
 from brushgrip.live.timestamp_filter import clock_time
 from identification.reading.formats.csvdialect import NumberParser, delimiter_of
 from identification.reading.sample_table import Table
-from identification.reading.units import UNITS, is_unit, unit_of_name
+from identification.reading.units import UNITS, is_unit, unit_in_brackets
 from symbolic import InvalidInputError
 
 MAX_LINE_LENGTH = 10_000
@@ -51,7 +51,7 @@ class LineParser:
         after_header, self._after_header = self._after_header, False
         if after_header and len(fields) == len(self._names) and _are_units(fields):
             self._names = [
-                name if unit_of_name(name) else f"{name} [{unit.strip('[]()')}]"
+                name if unit_in_brackets(name) else f"{name} [{unit.strip('[]()')}]"
                 for name, unit in zip(self._names, fields, strict=True)
             ]
             return None

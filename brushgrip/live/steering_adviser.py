@@ -50,7 +50,7 @@ class SteeringAdviser:
     def __call__(self, sample: Sample, state: Any, estimate: Estimate) -> None:
         """Tell of a sample, and of the observer's state and estimate after it."""
         known = estimate.usable and estimate.mu_std <= self._target * estimate.mu
-        self._reached = known or (self._reached and not _is_lost(estimate))
+        self._reached = known or (self._reached and not _is_friction_lost(estimate))
         self._waiting.append((sample, state, self._reached))
         self._arrived.set()
 
@@ -71,7 +71,7 @@ class SteeringAdviser:
                 else:
                     sample, state, is_reached = waiting.popleft()
                     advice = probe(sample, state)
-                    if advice.finished and _is_lost(observer.estimate(state)):
+                    if advice.finished and _is_friction_lost(observer.estimate(state)):
                         probe.restart_advice()
                         advice = probe(sample, state)
                     newest = waiting[-1][0] if waiting else sample
@@ -88,7 +88,7 @@ LOST = Status.RESET | Status.ACQUIRING | Status.INCONSISTENT | Status.SUSPECT
 """Flags of friction that is known no more; what a sample lacks, or a spike, takes nothing away."""
 
 
-def _is_lost(estimate: Estimate) -> bool:
+def _is_friction_lost(estimate: Estimate) -> bool:
     """Whether friction that was known is so no more."""
     return not estimate.usable and bool(estimate.status & LOST)
 

@@ -87,7 +87,7 @@ def progress() -> Iterator[Progress]:
         yield lambda *_: None
         return
     if not screen.is_terminal:
-        yield _plain_lines(screen)
+        yield _plain_progress(screen)
         return
     # What is done is cut off before bar and count are.
     described = Column(ratio=1, no_wrap=True, overflow="ellipsis")
@@ -106,7 +106,7 @@ def progress() -> Iterator[Progress]:
         yield report
 
 
-def _plain_lines(screen: Console) -> Progress:
+def _plain_progress(screen: Console) -> Progress:
     """A line in ten seconds at most, the first after ten; time left is that of the present step."""
     begun = last = time.monotonic()
     step, step_begun, done_before = "", begun, 0

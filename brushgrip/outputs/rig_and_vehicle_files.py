@@ -66,7 +66,7 @@ def tyre_changes(vehicle: Vehicle, result: TyresResult) -> Changes:
     length = {"half_length": (_rounded(vehicle.a), _rounded(share * vehicle.a))}
     return {
         "front_axle_load": (load, _rounded(LOAD_CHANGE * load)),
-        **(length if vehicle.half_length and vehicle.relative_load_change else {}),
+        **(length if vehicle.half_length and vehicle.load_change_since_slide else {}),
         **tyres,
         "slide_load": load,
     }

@@ -25,7 +25,7 @@ def draw_method_comparison(path: Path, compared: Sequence[CaseScores], methods: 
     colours = {name: QUIET if name == AUTHOR else next(own) for name in methods}
     with figure_saved_as_png(path, 7.0) as figure:
         grid = figure.add_gridspec(2, 2, height_ratios=[3.4, 2.6])
-        _estimates(figure.add_subplot(grid[0, :]), compared, colours)
+        _draw_estimates(figure.add_subplot(grid[0, :]), compared, colours)
         error, time = (figure.add_subplot(grid[1, column]) for column in range(2))
         _draw_metric_boxes(error, compared, colours, "rmse")
         error.set_ylabel("RMSE of μ [1]")
@@ -37,7 +37,7 @@ def draw_method_comparison(path: Path, compared: Sequence[CaseScores], methods: 
         legend_above(figure, [*key, *dashes])
 
 
-def _estimates(axes: Axes, compared: Sequence[CaseScores], colours: dict[str, str]) -> None:
+def _draw_estimates(axes: Axes, compared: Sequence[CaseScores], colours: dict[str, str]) -> None:
     width = _BOXES_WIDTH / len(colours)
     for place, one in enumerate(compared):
         for score in one.scores:

@@ -94,7 +94,7 @@ def draw_residuals(path: Path, diagnosis: Diagnosis) -> None:
         for row, series in enumerate(shown):
             over_time = figure.add_subplot(grid[row, 0])
             over_angle = figure.add_subplot(grid[row, 1], sharey=over_time)
-            artists = _residual(over_time, over_angle, series)
+            artists = _draw_residual(over_time, over_angle, series)
             set_title(over_time, series)
             over_angle.tick_params(labelleft=False)
         over_time.set_xlabel("time t [s]")
@@ -103,7 +103,7 @@ def draw_residuals(path: Path, diagnosis: Diagnosis) -> None:
         legend_above(figure, artists)
 
 
-def _residual(over_time: Axes, over_angle: Axes, series: Series) -> list[Artist]:
+def _draw_residual(over_time: Axes, over_angle: Axes, series: Series) -> list[Artist]:
     artists: list[Artist] = []
     for torque, (colour, label) in zip((series.before, series.after), _STAGES, strict=True):
         residual = torque - series.measured
@@ -121,7 +121,7 @@ def draw_residual_correlations(path: Path, before: Signatures, after: Signatures
     with figure_saved_as_png(path, 1.2 + 0.34 * len(before.signatures)) as figure:
         autocorrelation, correlations = figure.subplots(1, 2, width_ratios=[2, 3])
         _autocorrelation(autocorrelation, stages)
-        _correlations(correlations, stages)
+        _draw_correlations(correlations, stages)
         key: list[Artist] = [Patch(color=colour, label=label) for _, colour, label in stages]
         key.append(Patch(color=QUIET, label="99 % band of chance"))
         legend_above(figure, key)
@@ -140,7 +140,7 @@ def _autocorrelation(axes: Axes, stages: Sequence[Stage]) -> None:
     axes.set(xlabel="lag [s]", ylabel="autocorrelation [1]", title="Autocorrelation of the residual")
 
 
-def _correlations(axes: Axes, stages: Sequence[Stage]) -> None:
+def _draw_correlations(axes: Axes, stages: Sequence[Stage]) -> None:
     """Bars of correlation on the band of independent residuals of the same autocorrelation."""
     names = [signature.signal for signature in stages[0][0].signatures]
     height = 0.8 / len(stages)

@@ -60,20 +60,20 @@ def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
     labels = list(dict.fromkeys(track.label for track in tracks))
     styles = STYLES if len(labels) > 1 else (LineStyle(AFTER),)
     line_styles = {label: styles[i % len(styles)] for i, label in enumerate(labels)}
-    limits = _limits([track for track in tracks if track.usable.any()] or tracks)
+    limits = _axis_limits([track for track in tracks if track.usable.any()] or tracks)
     with figure_saved_as_png(path, 1.7 + 2.4 * len(names)) as figure:
         panels = figure.subplots(len(names), 1, squeeze=False)[:, 0]
         for axes, name in zip(panels, names, strict=True):
             own = [track for track in tracks if track.name == name]
             for row, track in enumerate(own):
-                _track(axes, track, line_styles[track.label], row)
+                _draw_track(axes, track, line_styles[track.label], row)
             axes.set(title=matplotlib_text(name), ylabel="effective friction μ_eff [1]", ylim=limits)
             axes.margins(x=0.01)
         panels[-1].set_xlabel("time t [s]")
         legend_above(figure, _friction_legend(tracks, line_styles))
 
 
-def _track(axes: Axes, track: FrictionTrack, line_style: LineStyle, row: int) -> None:
+def _draw_track(axes: Axes, track: FrictionTrack, line_style: LineStyle, row: int) -> None:
     colour, stroke, width, filled = line_style
     low, high = track.mu - BAND_STDS * track.mu_std, track.mu + BAND_STDS * track.mu_std
     if filled:
@@ -109,7 +109,7 @@ def draw_friction_by_ground(
     colours = cycle(RECORDINGS)
     shown = [track for _, tracks in grounds for track in tracks]
     ends = [bands[ground] for ground, _ in grounds if ground in bands]
-    limits = _limits(shown, [mu + side * half for mu, half in ends for side in (-1, 1)])
+    limits = _axis_limits(shown, [mu + side * half for mu, half in ends for side in (-1, 1)])
     with figure_saved_as_png(path, 0.7 + 2.2 * len(grounds), OVERVIEW_WIDTH) as figure:
         panels = figure.subplots(len(grounds), 1, squeeze=False, sharex=True)[:, 0]
         for axes, (ground, tracks) in zip(panels, grounds, strict=True):
@@ -153,7 +153,7 @@ def _draw_recording_line(axes: Axes, track: FrictionTrack, colour: str, place: i
     axes.plot(t, usable, color=colour, lw=2.0, label=matplotlib_text(track.name))
 
 
-def _limits(tracks: Sequence[FrictionTrack], beside: Sequence[float] = ()) -> tuple[float, float]:
+def _axis_limits(tracks: Sequence[FrictionTrack], beside: Sequence[float] = ()) -> tuple[float, float]:
     """Limits of the axis for the usable estimates and these values; a wide band may be cut off."""
     ends = [*beside]
     for track in tracks:

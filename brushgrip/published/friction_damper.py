@@ -50,7 +50,7 @@ def damper_folder() -> Path:
     return download_folder() / "friction_damper"
 
 
-def file_digests(registry: Traversable) -> tuple[str, dict[str, str]]:
+def address_and_digests(registry: Traversable) -> tuple[str, dict[str, str]]:
     """Address of the published folder, and the SHA-256 of each run's values by name."""
     lines = registry.read_text(encoding="utf-8").splitlines()
     address, *rows = (line for line in lines if line and not line.startswith("#"))
@@ -65,7 +65,7 @@ def fetch_friction_damper(destination: str | Path, *, say: Say = lambda _: None)
     values than the published ones are a fault.
     """
     say(ATTRIBUTION)
-    return fetch_runs(destination, file_digests(REGISTRY), _downloaded, _BESIDE, say)
+    return fetch_runs(destination, address_and_digests(REGISTRY), _download_damper_run, _BESIDE, say)
 
 
 def fetch_runs(
@@ -75,7 +75,7 @@ def fetch_runs(
     local_sibling: str,
     say: Say,
 ) -> list[Path]:
-    """What `fetch_friction_damper` does, with runs of any `registry`; see `file_digests`.
+    """What `fetch_friction_damper` does, with runs of any `registry`; see `address_and_digests`.
 
     `download` gives the channels of a run by address and name; `local_sibling` is a folder beside that
     of a local copy, where the runs may be.
@@ -85,10 +85,12 @@ def fetch_runs(
     with staged_directory(destination) as stage:
         for number, (name, digest) in enumerate(published.items(), start=1):
             there = destination / f"{name}.npz"
-            if there.is_file() and channels_digest(_loaded(there)) == digest:
+            if there.is_file() and channels_digest(_load_channels(there)) == digest:
                 continue
             say(f"{number}/{len(published)} {name}")
-            channels = _copied(Path(local), name, local_sibling) if local else download(address, name)
+            channels = (
+                _load_local_copy(Path(local), name, local_sibling) if local else download(address, name)
+            )
             if channels_digest(channels) != digest:
                 kind, place = (InvalidInputError, local) if local else (FetchError, address)
                 raise kind(f"{name}: the values from {place} are not the published ones; nothing kept")
@@ -103,7 +105,7 @@ def channels_digest(channels: dict[str, Array]) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def _loaded(path: Path) -> dict[str, Array]:
+def _load_channels(path: Path) -> dict[str, Array]:
     try:
         # Opened here: numpy leaves open what it cannot read.
         with path.open("rb") as file, np.load(file) as arrays:
@@ -112,17 +114,17 @@ def _loaded(path: Path) -> dict[str, Array]:
         raise InvalidInputError(f"{path}: is no run of the friction damper ({error})") from None
 
 
-def _copied(local: Path, name: str, local_sibling: str) -> dict[str, Array]:
+def _load_local_copy(local: Path, name: str, local_sibling: str) -> dict[str, Array]:
     places = [folder / f"{name}.npz" for folder in (local, local.resolve().parent / local_sibling)]
     for path in places:
         if path.is_file():
-            return _loaded(path)
+            return _load_channels(path)
     raise InvalidInputError(
         f"{LOCAL_COPY}={local}: holds no {name}.npz, nor does {places[1].parent}; unset it to download"
     )
 
 
-def _downloaded(address: str, name: str) -> dict[str, Array]:
+def _download_damper_run(address: str, name: str) -> dict[str, Array]:
     """The channels of a run: of an earthquake columns of one array, of a harmonic run one array each."""
     kind, run = name.split("_")
     if kind == "earthquake":
@@ -177,10 +179,12 @@ def changed_friction_folder() -> Path:
 def fetch_changed_friction(destination: str | Path, *, say: Say = lambda _: None) -> list[Path]:
     """As `fetch_friction_damper`, with `third_check` beside a local copy."""
     say(PULLED_ATTRIBUTION)
-    return fetch_runs(destination, file_digests(PULLED_REGISTRY), _download_run, "third_check", say)
+    return fetch_runs(
+        destination, address_and_digests(PULLED_REGISTRY), _download_changed_run, "third_check", say
+    )
 
 
-def _download_run(address: str, name: str) -> dict[str, Array]:
+def _download_changed_run(address: str, name: str) -> dict[str, Array]:
     place, columns = f"dataset-4/{name}", 8
     if name in CONSTANT:
         _, tension, rate = name.split("_")

@@ -74,7 +74,7 @@ def diagnose_and_write(
     model = json.loads(model_text(result)) | {KEY: dict(provenance)}
     write_utf8(folder / MODEL, json_text(model))
     told = {**provenance, "model": {"name": MODEL, "sha256": digest_of(folder / MODEL)}}
-    write_report(folder, result, outcome.all_tracks if outcome else (), outcome, told, submit)
+    write_report(folder, result, outcome.complete_tracks if outcome else (), outcome, told, submit)
     content = result.to_dict() | {
         "friction": outcome.to_dict() if outcome else None,
         KEY: {**told, "files": sorted({DIAGNOSIS, *(path.name for path in folder.iterdir())})},

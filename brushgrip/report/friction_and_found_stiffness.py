@@ -55,7 +55,7 @@ def stiffness_doubt_and_range(diagnosis: Diagnosis, outcome: FrictionByBothModel
 
 def friction_if_stiffness_is_wrong(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> list[str]:
     """Friction of each ground if the torque, then if the half-length makes the stiffness what it is."""
-    bands, ratio = outcome.last_band_by_ground(), diagnosis.stiffness_ratio
+    bands, ratio = outcome.prediction_band_by_ground(), diagnosis.stiffness_ratio
     if not bands or ratio == 1 or len(_stiffness_notes(diagnosis)) != 1:
         return []
     bound = f"not {'less' if ratio > 1 else 'more'} than"
@@ -72,7 +72,7 @@ def _stiffness_notes(diagnosis: Diagnosis) -> list[str]:
 def _possible_friction_text(outcome: FrictionByBothModels, ratio: float) -> str:
     """Friction of each ground with a band, from end to end of it and of the same over a ratio."""
     told = []
-    for ground, one in outcome.last_band_by_ground().items():
+    for ground, one in outcome.prediction_band_by_ground().items():
         # The figures as they are told, so that whoever does the sum finds the same.
         digits = band_decimals(one.further or 0.0)
         value, half = round(one.mu_eff, digits), round(one.further or 0.0, digits)

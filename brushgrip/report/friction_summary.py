@@ -72,7 +72,7 @@ def causes_of_band_text(outcome: FrictionByBothModels) -> str:
         "What makes the ± of a recording wide, and by how much it would be smaller without that alone:"
         f" {'; '.join(parts)} (these do not add up to 100 %)."
     )
-    if outcome.last_band_by_ground():
+    if outcome.prediction_band_by_ground():
         line = f"The ± of a ground also covers how its recordings differ. {line}"
     measurable = min(1.0, sum(shares.get(cause, 0.0) for cause in (OF_LENGTHS, OF_LOAD)))
     if len(outcome.before) > 1 and not told.keys().isdisjoint((OF_LENGTHS, OF_LOAD)):
@@ -193,7 +193,7 @@ def ground_comparison_text(outcome: FrictionByBothModels, diagnosis: Diagnosis) 
 
     Of many grounds that differ, only over that of the least friction. Empty for fewer than two.
     """
-    bands = dict(sorted(outcome.last_band_by_ground().items(), key=lambda own: own[1].mu_eff))
+    bands = dict(sorted(outcome.prediction_band_by_ground().items(), key=lambda own: own[1].mu_eff))
     pairs, same, more = list(combinations(bands, 2)), [], []
     for low, high in pairs:
         ratio, half = bands[high].ratio_to(bands[low], len(pairs))

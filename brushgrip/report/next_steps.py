@@ -8,7 +8,7 @@ from brushgrip.estimation.assumed_and_found_friction import FrictionByBothModels
 from brushgrip.estimation.suspicious_recordings import SUSPECTED
 from brushgrip.report.friction_and_found_stiffness import stiffness_explanations
 from brushgrip.report.friction_summary import is_band_mostly_from_spread, variance_shares_by_cause
-from brushgrip.report.what_effects_do import size_of
+from brushgrip.report.what_effects_do import effect_size_text
 from brushgrip.wording.diagnosis_in_words import (
     CLEAR,
     doubtful_effects,
@@ -118,8 +118,8 @@ def next_steps(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> list[str]
 def _steps_on_play(diagnosis: Diagnosis) -> list[str]:
     """That play which was found may be removed or left."""
     return [
-        f"look for the play of {size_of(e)} between angle sensor and tyre and remove it (then record"
-        " everything again), or leave it: the model allows for it"
+        f"look for the play of {effect_size_text(e)} between angle sensor and tyre and remove it (then"
+        " record everything again), or leave it: the model allows for it"
         for e in diagnosis.effects
         if e.name == "backlash" and e.grade in CLEAR
     ]
@@ -139,7 +139,8 @@ def _tolerances_to_declare(diagnosis: Diagnosis, outcome: FrictionByBothModels) 
     was, tolerances = ("was", "its tolerance") if len(names) == 1 else ("were", "the tolerances")
     return [
         f"{visit}find out how well {listed(names)} {was} measured (measure what was guessed), and"
-        f" declare {tolerances} in the rig file{brought or HARDLY * bool(outcome.last_band_by_ground())}"
+        f" declare {tolerances} in the rig file"
+        + (brought or HARDLY * bool(outcome.prediction_band_by_ground()))
     ]
 
 
@@ -235,7 +236,7 @@ def what_experiments_separate(diagnosis: Diagnosis) -> str:
 def _best_possible_band_text(outcome: FrictionByBothModels, *causes: str) -> str:
     """What the bands of grounds are without what a remedy addresses; empty where none has a band."""
     changes = []
-    for ground, one in outcome.last_band_by_ground().items():
+    for ground, one in outcome.prediction_band_by_ground().items():
         squares = [float(track.mu_std[at]) ** 2 for track, at in outcome.known_tracks(ground)]
         shares, half = variance_shares_by_cause(outcome, ground), one.further or 0.0
         share = sum(shares.get(cause, 0.0) for cause in causes)

@@ -83,7 +83,7 @@ def write_report(
         The page.
     """
     drawings = _draw_pictures(folder, diagnosis, friction, outcome, submit)
-    template = _environment(folder, drawings).get_template(TEMPLATE)
+    template = _jinja_environment(folder, drawings).get_template(TEMPLATE)
     text = template.render(
         diagnosis=diagnosis,
         friction=friction,
@@ -131,7 +131,9 @@ def _draw_pictures(
     if outcome:
         own = outcome.tracks_of()
         by_ground = {g: [own[n] for n in names if n in own] for g, names in outcome.grounds.items()}
-        ends = {g: (one.mu_eff, one.further or 0.0) for g, one in outcome.last_band_by_ground().items()}
+        ends = {
+            g: (one.mu_eff, one.further or 0.0) for g, one in outcome.prediction_band_by_ground().items()
+        }
         pictures["overview"] = draw_friction_by_ground, [by_ground, ends]
     if any(family.curve for family in diagnosis.families):
         pictures["mechanisms"] = draw_mechanisms, [diagnosis]
@@ -148,7 +150,7 @@ def _draw_pictures(
     return drawings
 
 
-def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:
+def _jinja_environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:
     """The templates, with pictures of a folder and the words of `_WORDING_MODULES`."""
     environment = Environment(
         loader=PackageLoader("brushgrip.report"),

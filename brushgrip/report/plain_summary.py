@@ -9,7 +9,7 @@ from brushgrip.estimation.assumed_and_found_friction import (
     FrictionByBothModels,
     found_model,
 )
-from brushgrip.estimation.suspicious_recordings import weaker_direction_share_and_note
+from brushgrip.estimation.suspicious_recordings import direction_deficit_and_note
 from brushgrip.report.friction_and_found_stiffness import (
     friction_if_stiffness_is_wrong,
     stiffness_doubt_and_range,
@@ -33,9 +33,9 @@ from brushgrip.report.validity_and_missing_effects import (
     ALLOWED_FOR,
     LEFT_OUT,
     band_caveats,
-    benefit_for_friction,
     error_text_and_basis,
     has_rival_mechanism,
+    known_by_both_models_text,
     missing_effects,
     unclear_result_text,
     validity_text,
@@ -66,7 +66,7 @@ def friction_and_notes(outcome: FrictionByBothModels | None) -> tuple[list[str],
     notes: list[str] = []
     if outcome is None:
         return known, notes
-    further, bands = outcome.last_usable_by_ground(), outcome.last_band_by_ground()
+    further, bands = outcome.last_usable_by_ground(), outcome.prediction_band_by_ground()
     for ground in filter(None, outcome.grounds):
         names = outcome.grounds[ground]
         line = further_recording_band_line(
@@ -93,7 +93,7 @@ def summary_mail_parts(
     one = "(1)" if len(steps) > 1 else "that"
     first, after = [text.strip() for text in "".join(steps[:1]).partition(parted)[::2]]
     reserved = band_caveats(diagnosis)
-    wide = [_differences(told, ground, one) for ground, one in told.last_usable_by_ground().items()]
+    wide = [_spread_on_ground(told, ground, one) for ground, one in told.last_usable_by_ground().items()]
     also = [*wide, _weaker_direction_text(diagnosis, told), *reserved]
     missing = missing_effects(diagnosis, told if known and not diagnosis.of_car else None)
     label = LEFT_OUT + ALLOWED_FOR * (known and not is_by_declared_vehicle(told, diagnosis))
@@ -107,7 +107,7 @@ def summary_mail_parts(
     for at, value in enumerate(friction_if_stiffness_is_wrong(diagnosis, told), 1):
         cases[at] = f"{cases[at].removesuffix('.')}: then {value}."
     valid = validity_text(diagnosis, told.slide_rate if known else None, told.slide_speed)
-    benefit, trend = benefit_for_friction(diagnosis, told), load_trend_in_words(told, diagnosis)
+    benefit, trend = known_by_both_models_text(diagnosis, told), load_trend_in_words(told, diagnosis)
     *sure, caution = _band_meaning_lines(told, "force" if diagnosis.of_car else "torque")
     if judged_use == NOT_YET:
         sure = [line.replace(ARE_RIGHT, f"{ARE_RIGHT}, which is in doubt here") for line in sure]
@@ -162,8 +162,8 @@ def _nonempty_parts(parts: dict[str, list[str]]) -> Parts:
 
 def _friction(outcome: FrictionByBothModels) -> str:
     """Friction of every ground, and what it is made of."""
-    grounds = "; ".join(_on_ground(outcome, ground) for ground in outcome.grounds)
-    bands = outcome.last_band_by_ground().values()
+    grounds = "; ".join(_friction_on_ground(outcome, ground) for ground in outcome.grounds)
+    bands = outcome.prediction_band_by_ground().values()
     count, of, each = str(len(outcome.before)), "from", ""
     if bands and len(bands) == len(outcome.grounds):
         counts = [str(one.recordings) for one in bands]
@@ -180,7 +180,7 @@ def _found_vehicle_note(outcome: FrictionByBothModels, grounds: Sequence[str]) -
     """By which vehicle friction is told that was found, and what the declared one gives; else empty."""
     if outcome.inclination is None:
         return ""
-    declared = "; ".join(_on_ground(outcome, ground, EKF_DECLARED) for ground in grounds)
+    declared = "; ".join(_friction_on_ground(outcome, ground, EKF_DECLARED) for ground in grounds)
     return (
         "use this one: by these recordings the steering axes are inclined by"
         f" {degrees(outcome.inclination):.1f}° (inclination = {outcome.inclination:.3f} in the vehicle"
@@ -190,7 +190,7 @@ def _found_vehicle_note(outcome: FrictionByBothModels, grounds: Sequence[str]) -
 
 def _band_meaning_lines(outcome: FrictionByBothModels, read: str) -> list[str]:
     """How often the ± of grounds and of recordings that are named holds; what is read gives both."""
-    bands = outcome.last_band_by_ground()
+    bands = outcome.prediction_band_by_ground()
     lines = [
         "In 95 of 100 cases one more recording like these would give friction within the ±."
         f"{_why_band_is_wide(outcome)} Nobody has checked friction in another way."
@@ -212,7 +212,7 @@ def _why_band_is_wide(outcome: FrictionByBothModels) -> str:
     """What makes the ± wide where recordings agree, in a sentence; empty where they do not."""
     shares = variance_shares_by_cause(outcome)
     if not shares or any(
-        (one.scatter_share or 0.0) > AGREE for one in outcome.last_band_by_ground().values()
+        (one.scatter_share or 0.0) > AGREE for one in outcome.prediction_band_by_ground().values()
     ):
         return ""
     cause = next(iter(shares))
@@ -225,7 +225,7 @@ def _weaker_direction_text(diagnosis: Diagnosis, outcome: FrictionByBothModels) 
     found = found_model(diagnosis)
     told: dict[str, list[str]] = {}
     for ground in outcome.grounds:
-        _, note = weaker_direction_share_and_note(found.values_for_estimation(ground or None))
+        _, note = direction_deficit_and_note(found.values_for_estimation(ground or None))
         told.setdefault(note.partition(":")[0], []).append(ground)
     told.pop("", None)
     parts = [f"{less}{f' on {listed(grounds)}' * (len(told) > 1)}" for less, grounds in told.items()]
@@ -238,7 +238,7 @@ def _weaker_direction_text(diagnosis: Diagnosis, outcome: FrictionByBothModels) 
     return sentence(f"{line} (unproven)" if unproven else line) * bool(parts)
 
 
-def _differences(outcome: FrictionByBothModels, ground: str, friction: GroundFriction) -> str:
+def _spread_on_ground(outcome: FrictionByBothModels, ground: str, friction: GroundFriction) -> str:
     """How recordings on a ground differ, where that is most of its band's variance; else empty."""
     if not is_band_mostly_from_spread(friction):
         return ""
@@ -249,10 +249,10 @@ def _differences(outcome: FrictionByBothModels, ground: str, friction: GroundFri
     )
 
 
-def _on_ground(outcome: FrictionByBothModels, ground: str, label: str = EKF_FOUND) -> str:
+def _friction_on_ground(outcome: FrictionByBothModels, ground: str, label: str = EKF_FOUND) -> str:
     """Friction on a ground in a phrase: for a further recording, or else of each."""
     where = f" on {ground}" * bool(ground)
-    if band := outcome.last_band_by_ground(label).get(ground):
+    if band := outcome.prediction_band_by_ground(label).get(ground):
         by, count = band.recordings, len(outcome.grounds[ground])
         some = f" (by {by} of {count} recordings)" * (by < count)
         return f"{prediction_band(band)}{where}{some}"

@@ -29,7 +29,7 @@ from brushgrip.wording.formatting import (
     parameter_list,
     percent,
     signed,
-    torque_value,
+    torque_error_text,
     value_with_std,
     worse_recordings,
 )
@@ -64,7 +64,8 @@ def friction_by_recording(friction: FrictionByBothModels, diagnosis: Diagnosis) 
         caption="Last usable friction μ_eff of each recording"
         f" {model_behind_friction_text(friction, diagnosis)}, ± 95 % band (if model and tolerances are"
         " right), and when it is usable"
-        + "; for a further recording the ± of the ground counts" * bool(friction.last_band_by_ground())
+        + "; for a further recording the ± of the ground counts"
+        * bool(friction.prediction_band_by_ground())
         + "; a dash where none is, or too much contradicts it later" * any(r[-2] == "–" for r in rows)
         + f"; {common_load_clause(friction)}" * (friction.load is not None)
         + "; --ground NAME says it for a further recording too" * (not named),
@@ -136,7 +137,7 @@ def errors_by_stage(diagnosis: Diagnosis) -> ReportTable:
         caption="Torque error, root mean square, in N m and in % of range; mean of recordings",
         headings=("model", *columns.values()),
         rows=[
-            (stage, *[(percent if "nrmse" in key else torque_value)(mean[key]) for key in columns])
+            (stage, *[(percent if "nrmse" in key else torque_error_text)(mean[key]) for key in columns])
             for stage, mean in means.items()
         ],
     )
@@ -159,7 +160,7 @@ def errors_by_recording(diagnosis: Diagnosis) -> ReportTable:
     rows = []
     for name in (*diagnosis.recordings, *diagnosis.holdout):
         row = [name, "validation" if name in diagnosis.holdout else "training"]
-        row += [torque_value(errors.rmse[name]) for errors in stages.values()]
+        row += [torque_error_text(errors.rmse[name]) for errors in stages.values()]
         row += [percent(errors.nrmse[name]) for errors in stages.values()]
         if diagnosis.after.left_out:
             row += [percent(errors.left_out[name]) for errors in both.values()]

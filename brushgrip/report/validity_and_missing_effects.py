@@ -15,12 +15,7 @@ from brushgrip.outputs.provenance import digest_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
 from brushgrip.report.friction_and_found_stiffness import stiffness_explanations
 from brushgrip.report.friction_summary import is_by_declared_vehicle
-from brushgrip.report.what_effects_do import (
-    MECHANISMS,
-    OVER_SPEED,
-    friction_over_speed,
-    summary_of,
-)
+from brushgrip.report.what_effects_do import MECHANISMS, OVER_SPEED, effect_summary, friction_over_speed
 from brushgrip.wording.diagnosis_in_words import CLEAR, is_unconfirmed, unexplained_is_larger
 from brushgrip.wording.formatting import effect_words, judging_error_name, listed, percent, sentence
 from identification import Diagnosis, FoundEffect
@@ -115,7 +110,9 @@ def missing_effects(diagnosis: Diagnosis, outcome: FrictionByBothModels | None =
             several = len(effects) > 1
             copies = "Corrections stand in for it" if several else "A correction stands in for it"
             without = (
-                "" if outcome is None else _no_stand_ins_clause("them" if several else "it", outcome)
+                ""
+                if outcome is None
+                else _without_stand_ins_clause("them" if several else "it", outcome)
             )
             told.append(f"a further cause, unknown. {copies}{without}")
     if diagnosis.unexplained.present:
@@ -149,7 +146,7 @@ def unclear_result_text(diagnosis: Diagnosis) -> str:
     return told + rest * unknown.present
 
 
-def _no_stand_ins_clause(them: str, outcome: FrictionByBothModels) -> str:
+def _without_stand_ins_clause(them: str, outcome: FrictionByBothModels) -> str:
     """Friction without the stand-ins, a clause; empty where that is not known."""
     changes: dict[str, list[str]] = {}
     for ground, ratio in outcome.without_stand_ins.items():
@@ -180,7 +177,7 @@ def _cause(diagnosis: Diagnosis, effect: FoundEffect) -> str:
     families = [effect.family, *(_family_of(name) for name in names[1:])]
     known = MECHANISMS | {OVER_SPEED: friction_over_speed(diagnosis)}
     if len(names) == 1 and effect.family in MECHANISMS:
-        return known[OVER_SPEED] if effect.family == OVER_SPEED else summary_of(diagnosis, effect)
+        return known[OVER_SPEED] if effect.family == OVER_SPEED else effect_summary(diagnosis, effect)
     known |= {effect.name: f"your effect “{effect_words(effect.name)}”"}  # Of no other family.
     pairs = zip(families, names, strict=True)
     return listed(list(dict.fromkeys(known.get(f, effect_words(name)) for f, name in pairs)), "or")
@@ -195,7 +192,7 @@ def _family_of(name: str) -> str:
     return EFFECTS[name].family if name in EFFECTS else "other"
 
 
-def benefit_for_friction(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> str:
+def known_by_both_models_text(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> str:
     """What the model found changes for friction, in a sentence; empty where it changes nothing."""
     declared, found = (list(outcome.tracks_of(label).values()) for label in (EKF_DECLARED, EKF_FOUND))
     if is_by_declared_vehicle(outcome, diagnosis) or not diagnosis.effects or not declared or not found:

@@ -49,10 +49,10 @@ def verdict(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> tuple[str, l
     """One of the verdicts, and why, an item each."""
     if not outcome.is_known_in_any_recording:
         return NOTHING, []
-    grave, unknown = _grave(diagnosis, outcome), _unknown_cause(diagnosis)
+    grave, unknown = _grave_doubts(diagnosis, outcome), _unknown_cause_doubt(diagnosis)
     told = diagnosis.unexplained.present and unknown not in grave
-    evidence, effects = _doubts_of_few_recordings(diagnosis, outcome), _of_effects(diagnosis)
-    doubts = [*grave, *[unknown] * told, *evidence, *effects, *_of_recordings(diagnosis, outcome)]
+    evidence, effects = _doubts_of_few_recordings(diagnosis, outcome), _effect_doubts(diagnosis)
+    doubts = [*grave, *[unknown] * told, *evidence, *effects, *_recording_doubts(diagnosis, outcome)]
     if not doubts:
         return USE, [_proviso_sentence(diagnosis)]
     said = [one.reason for one in doubts[:MAX_REASONS]]
@@ -60,7 +60,7 @@ def verdict(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> tuple[str, l
     last = f"Do not specify to it before {', and before '.join(first)}."
     last += " Friction may change then." * diagnosis.unexplained.present
     doubted = {ground for one in doubts for ground in one.grounds}
-    sound = listed([ground for ground in outcome.last_band_by_ground() if ground not in doubted])
+    sound = listed([ground for ground in outcome.prediction_band_by_ground() if ground not in doubted])
     if sound and all(one.grounds for one in doubts):
         allowed = f"{sound} may be specified to with the ± told, if what was declared is right"
         last += f" {sentence(allowed)}"
@@ -73,7 +73,7 @@ def _doubts_that_hold(*cases: tuple[object, str, str]) -> list[Doubt]:
     return [Doubt(reason, before) for holds, reason, before in cases if holds]
 
 
-def _grave(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> list[Doubt]:
+def _grave_doubts(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> list[Doubt]:
     """Doubts by which friction may be quite another."""
     whole, unknown = "car" if diagnosis.of_car else "rig", diagnosis.unexplained
     few = sum(len(outcome.known_tracks(ground)) for ground in outcome.grounds) < MIN_RECORDINGS
@@ -89,10 +89,10 @@ def _grave(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> list[Doubt]:
         (diagnosis.stiffness_ratio != 1, stiffness, f"the {whole} is checked"),
         (find_note(diagnosis, MAY_END), ends, "the sensor's range is checked"),
     )
-    return [*doubts, *[_unknown_cause(diagnosis)] * (unknown.present and much)]
+    return [*doubts, *[_unknown_cause_doubt(diagnosis)] * (unknown.present and much)]
 
 
-def _unknown_cause(diagnosis: Diagnosis) -> Doubt:
+def _unknown_cause_doubt(diagnosis: Diagnosis) -> Doubt:
     larger = ", more than what was found explains" * unexplained_is_larger(diagnosis)
     return Doubt(
         "the torque shows something of unknown cause,"
@@ -117,7 +117,7 @@ def _doubts_of_few_recordings(diagnosis: Diagnosis, outcome: FrictionByBothModel
     return _doubts_that_hold((known.get(""), unnamed, named))
 
 
-def _of_effects(diagnosis: Diagnosis) -> list[Doubt]:
+def _effect_doubts(diagnosis: Diagnosis) -> list[Doubt]:
     """Doubts by what was found, and by what was declared."""
     off = any(map(says_declared_value_is_off, diagnosis.notes))
     doubts = _doubts_that_hold(
@@ -159,10 +159,10 @@ def _of_effects(diagnosis: Diagnosis) -> list[Doubt]:
     )
 
 
-def _of_recordings(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> list[Doubt]:
+def _recording_doubts(diagnosis: Diagnosis, outcome: FrictionByBothModels) -> list[Doubt]:
     """Doubts by how recordings differ, or as some give no value."""
     doubts = []
-    for ground, one in outcome.last_band_by_ground().items():
+    for ground, one in outcome.prediction_band_by_ground().items():
         half = one.further or 0.0
         if half <= WIDE * one.mu_eff:
             continue

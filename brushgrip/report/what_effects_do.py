@@ -27,14 +27,14 @@ PLAIN = {"backlash": "the linkage between angle sensor and tyre has play"}
 """What an effect does where its summary takes a modeller to read."""
 
 
-def summary_of(diagnosis: Diagnosis, effect: FoundEffect) -> str:
+def effect_summary(diagnosis: Diagnosis, effect: FoundEffect) -> str:
     """What an effect does: friction over speed by its curve, others by the library, with their size."""
     if effect.family == OVER_SPEED:
         alone = sum(one.family == OVER_SPEED for one in diagnosis.effects) == 1
         by_c = "(2.3 c μ) for each" if alone and "c" in effect.parameters else "for each"
         return friction_over_speed(diagnosis).replace("for each", by_c)
     summary = PLAIN.get(effect.name, effect.summary)
-    if size := size_of(effect):
+    if size := effect_size_text(effect):
         summary = f"{summary}: {size}"
     ratios = [one for name, one in effect.parameters.items() if name.partition(" [")[0] == "ratio"]
     if effect.name == "asymmetric_friction" and len(ratios) == 1:
@@ -65,7 +65,7 @@ def friction_over_speed(diagnosis: Diagnosis) -> str:
     return f"friction {verb} by {size} for each tenfold sliding speed{where}"
 
 
-def size_of(effect: FoundEffect) -> str:
+def effect_size_text(effect: FoundEffect) -> str:
     """How much an effect does, in units that somebody at the rig knows; empty where that is not told."""
     template, figures = _SIZES.get(effect.name, ("", ()))
     values: dict[str, list[float]] = {}
@@ -143,7 +143,7 @@ _SIZES: Mapping[str, _Size] = {
         [("gain", lambda gain: 100 * gain / (1 + gain)), ("time", _times(1))],
     ),
 }  # fmt: skip
-"""Size of effects by their names; that of friction over speed and direction stands in `summary_of`.
+"""Size of effects by their names; that of friction over speed and direction stands in `effect_summary`.
 
 A skewed parabola has its centre at a fifth of its skew.
 """

@@ -23,14 +23,14 @@ from brushgrip.estimation.suspicious_recordings import (
     car_force_slope_note,
     constant_load_note,
     differing_sample_rates_note,
+    direction_deficit_and_note,
     hardly_turned_note,
     implausibility_lines,
     inconsistency_remedy,
     load_outside_model_note,
     range_reached_note,
     suspected_cause,
-    unknown_range_note,
-    weaker_direction_share_and_note,
+    suspected_range_note,
     why_not_acquired,
 )
 from brushgrip.inputs.command_inputs import Inputs
@@ -46,7 +46,7 @@ from brushgrip.wording.formatting import csv_text
 from brushgrip.wording.friction_in_words import (
     band_composition_text,
     estimates_summary,
-    undeclared_sensor_note,
+    slippery_ground_note,
     unusable_samples_and_remedy,
 )
 from brushgrip.wording.recording_remarks import BETWEEN, recording_remark
@@ -165,7 +165,7 @@ def _estimate_and_write(task: EstimateTask) -> EstimateOutcome:
     of_car = recording.standstills is not None
     rates, at, budget, note = differing_sample_rates_note(recording), last_usable(estimates), {}, ""
     cause = "" if estimates.usable.any() else hardly_turned_note(recording)
-    notes = range_reached_note, unknown_range_note, constant_load_note
+    notes = range_reached_note, suspected_range_note, constant_load_note
     doubts = [note_of(recording) for note_of in notes]
     if at is None:
         cause = cause or suspected_cause(factory, recording, found, estimates) or doubts[0]
@@ -185,7 +185,7 @@ def _estimate_and_write(task: EstimateTask) -> EstimateOutcome:
     if at is None:
         told.append("" if why == cause else cause)
     elif (car := recording.standstills) is None:
-        told.append(note := undeclared_sensor_note(float(estimates.mu_eff[at]), recording.rig))
+        told.append(note := slippery_ground_note(float(estimates.mu_eff[at]), recording.rig))
     else:
         note = "" if car.speed_recorded else STANDS
         brakes = car.brakes[int(car.stretch[at])]
@@ -198,7 +198,7 @@ def _estimate_and_write(task: EstimateTask) -> EstimateOutcome:
         doubts += [stiffness_note(values["k"], recording), far, at_load]
         if at is not None and not by_direction:
             mu_eff, std = float(estimates.mu_eff[at]), float(estimates.mu_eff_std[at])
-            directed["weaker"], of_model = weaker_direction_share_and_note(values, mu_eff, std)
+            directed["weaker"], of_model = direction_deficit_and_note(values, mu_eff, std)
             doubts.append(of_model)
     doubts = [doubt for doubt in doubts if doubt != cause]
     note = BETWEEN.join(filter(None, (note, *doubts)))

@@ -37,7 +37,7 @@ class InterruptHandler:
                 signal.signal(number, self._on_signal)
         if hasattr(signal, "setitimer"):
             signal.signal(signal.SIGALRM, self._on_timer)
-            sys.unraisablehook = self._unraisable
+            sys.unraisablehook = self._on_unraisable
 
     def stop_interrupting(self) -> None:
         """Interrupt nothing from now on: at its end Python would print a traceback."""
@@ -62,7 +62,7 @@ class InterruptHandler:
         if self.is_over or not _is_in_import_or_casadi(frame):
             self._interrupt()
 
-    def _unraisable(self, fault: "sys.UnraisableHookArgs") -> None:
+    def _on_unraisable(self, fault: "sys.UnraisableHookArgs") -> None:
         if not issubclass(fault.exc_type, KeyboardInterrupt):
             self._print_unraisable(fault)
         elif not self.is_over:

@@ -10,7 +10,7 @@ import numpy as np
 from brushgrip.estimation.friction_by_direction import OF_DIRECTIONS
 from brushgrip.running.row_spool import Row
 from brushgrip.wording.formatting import csv_field
-from brushgrip.wording.friction_in_words import undeclared_sensor_note
+from brushgrip.wording.friction_in_words import slippery_ground_note
 from identification import Recording
 from observers import Estimates, Status
 from observers.quality.usable_stretches import last_usable, steadily_usable_since
@@ -51,7 +51,7 @@ def summary_row(recording: Recording, estimates: Estimates, beside: str = "") ->
     """The row of a recording that has been estimated."""
     at, measured = last_usable(estimates), estimates.has_measured_torque
     of_rig = at is not None and recording.standstills is None
-    is_limit = of_rig and undeclared_sensor_note(float(estimates.mu_eff[at]), recording.rig) != ""
+    is_limit = of_rig and slippery_ground_note(float(estimates.mu_eff[at]), recording.rig) != ""
     count = max(1, int(measured.sum()))
 
     def share(flag: Status) -> float:

@@ -101,27 +101,29 @@ def _findings_text(diagnosis: Diagnosis) -> str:
     parts = []
     if clear:
         families = dict.fromkeys(effect.family for effect in clear)
-        missed = [_family(name, [e for e in clear if e.family == name]) for name in families]
+        missed = [_family_and_laws(name, [e for e in clear if e.family == name]) for name in families]
         parts.append(f"The assumed model lacks {listed(missed)}")
     if weak:
         parts.append(
-            f"{'there are ' if clear else 'There are only '}weak signs of {listed(_names(weak))}"
+            f"{'there are ' if clear else 'There are only '}weak signs of {listed(_effect_names(weak))}"
         )
     if odd:
-        names = f"{listed(_names(odd))} {'is a stand-in' if len(odd) == 1 else 'are stand-ins'}"
+        names = f"{listed(_effect_names(odd))} {'is a stand-in' if len(odd) == 1 else 'are stand-ins'}"
         parts.append(names if parts else names[:1].upper() + names[1:])
     return "; ".join(parts)
 
 
-def _names(effects: Iterable[FoundEffect]) -> list[str]:
+def _effect_names(effects: Iterable[FoundEffect]) -> list[str]:
     return [effect_words(effect.name) for effect in effects]
 
 
-def _family(name: str, effects: list[FoundEffect]) -> str:
+def _family_and_laws(name: str, effects: list[FoundEffect]) -> str:
     """The mechanism, then the effects that are laws of it; an effect of none by its own name."""
     if name in ("other", effects[0].name):
-        return listed([effect_words(effect.name) + _rivals(effect, " (or {})") for effect in effects])
-    laws = [effect_words(effect.name) + _rivals(effect, ", or {}") for effect in effects]
+        return listed(
+            [effect_words(effect.name) + _rivals_clause(effect, " (or {})") for effect in effects]
+        )
+    laws = [effect_words(effect.name) + _rivals_clause(effect, ", or {}") for effect in effects]
     return f"{effect_words(name)} ({'; '.join(laws)})"
 
 
@@ -130,7 +132,7 @@ def rivals_of(effect: FoundEffect) -> str:
     return listed([effect_words(name) for name in effect.indistinguishable_from], "or")
 
 
-def _rivals(effect: FoundEffect, form: str) -> str:
+def _rivals_clause(effect: FoundEffect, form: str) -> str:
     """The effects that an ambiguous one may be."""
     rivals = rivals_of(effect)
     remedy = ": record it" * (UNRECORDED_LOAD in effect.indistinguishable_from)
@@ -139,7 +141,7 @@ def _rivals(effect: FoundEffect, form: str) -> str:
 
 def mechanism(effect: FoundEffect) -> str:
     """The mechanism that an effect is a law of, then the effect."""
-    return _family(effect.family, [replace(effect, grade="strong")])
+    return _family_and_laws(effect.family, [replace(effect, grade="strong")])
 
 
 def grade_reason(effect: FoundEffect) -> str:
@@ -201,7 +203,7 @@ def doubtful_effects(diagnosis: Diagnosis) -> tuple[list[str], list[str], list[s
     unconfirmed = [e for e in diagnosis.effects if is_unconfirmed(e)]
     weak = [e for e in diagnosis.effects if e.grade == "weak" and e not in unconfirmed]
     odd = [e for e in diagnosis.effects if e.grade == "stands_in"]
-    return _names(unconfirmed), _names(weak), _names(odd)
+    return _effect_names(unconfirmed), _effect_names(weak), _effect_names(odd)
 
 
 def is_single_recording(diagnosis: Diagnosis) -> bool:

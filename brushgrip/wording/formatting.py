@@ -71,7 +71,7 @@ def percent(share: float | None) -> str:
     return "–" if share is None or not math.isfinite(share) else f"{100 * share:.2f} %"
 
 
-def torque_value(value: float | None) -> str:
+def torque_error_text(value: float | None) -> str:
     """A torque error without its unit [N m], three significant digits."""
     return "–" if value is None or not math.isfinite(value) else f"{value:#.3g}"
 

@@ -107,7 +107,7 @@ def band_composition_text(budget: Mapping[str, float]) -> str:
     )
 
 
-def undeclared_sensor_note(mu: float, rig: Rig) -> str:
+def slippery_ground_note(mu: float, rig: Rig) -> str:
     """What an estimate on slippery ground rests on, in one line; empty on other ground."""
     lacking = {
         name: text for name, text in OF_SENSOR.items() if mu < SLIPPERY and getattr(rig, name) is None
@@ -154,7 +154,7 @@ def estimates_summary(
     if rejected := int(np.count_nonzero(estimates.status & Status.REJECTED)):
         parts.append(f"{rejected} {_plural(rejected, 'sample')} rejected")
     changes = int(np.count_nonzero(estimates.status & Status.RESET))
-    known, before = last_usable(estimates) is not None, "" if way else friction_before_text(estimates)
+    known, before = last_usable(estimates) is not None, "" if way else friction_before_change(estimates)
     doubted, told = _is_change_doubtful(estimates), f"; before {ground_change_text(estimates)} {before}"
     if changes > 1 or (changes and (doubted or not (known and before))):
         of_model = " or misfits of the model" * doubted
@@ -267,11 +267,11 @@ def _unknown_friction_text(estimates: Estimates, way: str) -> str:
     either = f"{told} since {at_change}: either the ground changed, or the model does not fit"
     noticed = f"{told} since a new ground was noticed at {at_change}"
     told = either if _is_change_doubtful(estimates) else noticed
-    before = "" if way else friction_before_text(estimates)
+    before = "" if way else friction_before_change(estimates)
     return f"{told}; before, {before}" if before else told
 
 
-def friction_before_text(estimates: Estimates) -> str:
+def friction_before_change(estimates: Estimates) -> str:
     """What friction was before the last change of the ground; empty where it never changed."""
     if (before := on_previous_ground(estimates)) is None:
         return ""

@@ -12,7 +12,7 @@ import numpy as np
 from brushgrip.wording.formatting import is_number
 from brushgrip.wording.friction_in_words import (
     WAYS,
-    friction_before_text,
+    friction_before_change,
     ground_change_text,
     with_95_band,
 )
@@ -47,7 +47,7 @@ def recording_remark(estimates: Estimates, why: str, note: str, *, of_way: bool 
     left out where it is of a direction.
     """
     changed = ground_change_text(estimates)
-    if (before := friction_before_text(estimates)) and not of_way:
+    if (before := friction_before_change(estimates)) and not of_way:
         changed += f": before, {before}"
     if last_usable(estimates) is None:
         return BETWEEN.join(filter(None, (f"not known: {why}", changed, note)))
@@ -127,7 +127,7 @@ def further_recording_band_line(ground: str, friction: GroundFriction | None, re
     return f"{ground}: mu_eff {band} for a further recording, from {known}{of} recordings"
 
 
-def friction_of_grounds(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+def friction_lines_by_ground(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     """Friction of each ground with several recordings, of which one is usable, in a line."""
     lines = []
     ways = WAYS if any(row.get("direction") for row in rows) else ("",)

@@ -8,7 +8,7 @@ import numpy as np
 
 from identification.fits.fitting import AT_BOUND, Fit
 from identification.fits.parameter_values import ParameterEstimate
-from identification.reading.declared_torques import SHARES
+from identification.reading.declared_car_torques import SHARES
 from symbolic import TOLERATED
 
 FEWEST_ALIKE = 3
@@ -43,7 +43,7 @@ def notes_on_wrong_declared_values(
     for name in dict.fromkeys(one.name for one in wanted):
         of_all = [one for one in wanted if one.name == name]
         # Shares of a car's torques are no values that anybody declares.
-        if name in TOLERATED and len(of_all) == count >= FEWEST_ALIKE and _is_common_deviation(of_all):
+        if name in TOLERATED and len(of_all) == count >= FEWEST_ALIKE and _all_deviate_alike(of_all):
             common[name] = _common_deviation_note(of_all)
     ended = [one for one in wanted if one.at_end and one.name not in common]
     first = {one.name: one for one in reversed(ended)}
@@ -81,7 +81,7 @@ def _fitted_declared_values(
     ]
 
 
-def _is_common_deviation(wanted: Sequence[_FittedDeclaredValue]) -> bool:
+def _all_deviate_alike(wanted: Sequence[_FittedDeclaredValue]) -> bool:
     """Whether all are off one declared value the same way, each clearly, and agree on how far.
 
     The deviation of a recording that was left out of the fit does not count that of shared values.

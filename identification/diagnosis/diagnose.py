@@ -16,11 +16,11 @@ from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.fits.parameter_values import grounds_of
 from identification.fits.single_threaded_blas import one_thread
+from identification.reading.declared_car_torques import widest_standstill_less_gear
 from identification.reading.declared_sensor_range import (
     drop_torques_beyond_range,
     torque_beyond_range_note,
 )
-from identification.reading.declared_torques import standstill_less_gear_friction
 from identification.reading.recordings import Recording
 from identification.reading.trimming_and_thinning import thin_recordings
 from identification.residuals.partial_correlations import signatures
@@ -95,7 +95,7 @@ def diagnose(
         search = Search(runner, effects, criteria, report)
         steps = search.run()
         rests = begin_trials_without_each(steps, runner)
-        proposals = _proposals(search, steps)
+        proposals = _nearest_rival_proposals(search, steps)
         trials, both = (steps[0].before, steps[-1].before), [*recordings, *holdout]
         followed = [submit(signatures, trial.residuals, both, trial.fits, effects) for trial in trials]
         if not holdout:
@@ -113,7 +113,7 @@ def _prepare_recordings_and_notes(
     """Both as the search takes them, and notes on what was changed."""
     beyond = torque_beyond_range_note([*recordings, *holdout])
     bound, shortened = thin_recordings([drop_torques_beyond_range(r) for r in (*recordings, *holdout)])
-    stood = [standstill_less_gear_friction(recording) for recording in bound]
+    stood = [widest_standstill_less_gear(recording) for recording in bound]
     everything = [recording for recording, _ in stood]
     _require_usable_recordings(recordings, everything)
     notes = [shortened, *(note for _, note in stood), assumed_tolerances_note(everything), beyond]
@@ -139,7 +139,7 @@ def _require_usable_recordings(recordings: Sequence[Recording], everything: Sequ
             )
 
 
-def _proposals(search: Search, steps: Sequence[SearchStep]) -> dict[Effects, Proposal]:
+def _nearest_rival_proposals(search: Search, steps: Sequence[SearchStep]) -> dict[Effects, Proposal]:
     """For each set of effects that was chosen, the experiment to tell it from its nearest rival."""
     starts = []
     for step in steps:

@@ -7,7 +7,7 @@ import numpy as np
 
 from identification.fits.fitting import AT_BOUND, Fit
 from identification.reading.car_recordings import Standstills
-from identification.reading.declared_torques import JACKING
+from identification.reading.declared_car_torques import JACKING
 from identification.reading.recordings import Recording
 from symbolic import USUAL, InvalidInputError
 from symbolic.tables.found_model import has_implausible_stiffness
@@ -95,7 +95,7 @@ def stiffness_note(k: float, recording: Recording) -> str:
     return f"{note} (estimate refuses this model)" if refused else note
 
 
-def kingpin_note_from_stiffness(
+def kingpin_inclination_note(
     car: Standstills, stiffness: float, std: float, share: float
 ) -> tuple[str, float | None]:
     """What a stiffness [N m/rad] beside this share of the declared return torque says of the kingpin.

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from identification.diagnosis.doubtful_effects import stand_in_effect_names
 from identification.diagnosis.effect_family_curves import found_families
 from identification.diagnosis.found_vs_declared_stiffness import (
     compare_fitted_stiffness,
@@ -13,17 +12,18 @@ from identification.diagnosis.found_vs_declared_stiffness import (
 from identification.diagnosis.graded_effects import (
     final_model_notes,
     found_effects,
-    kingpin_note_from_effect,
+    inclination_note_of_effect,
 )
 from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import Candidate, FoundEffect, Series, TorqueErrors
+from identification.diagnosis.stand_in_effects import stand_in_effect_names
 from identification.diagnosis.torque_errors_by_stage import torque_and_model_errors
 from identification.experiments.proposed_experiment import Proposal
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit, parameters_at_bounds
 from identification.fits.least_squares_problem import signals_of
 from identification.fits.parameter_values import UNNAMED_GROUND, ParameterEstimate, Values, replaced_rig
-from identification.reading.declared_sensor_range import counts_beyond_range, greatest_friction
+from identification.reading.declared_sensor_range import counts_beyond_range, max_measurable_friction
 from identification.reading.recordings import Recording
 from identification.residuals.partial_correlations import Signatures
 from identification.residuals.repeatability import repeatability
@@ -35,7 +35,7 @@ from identification.selection.trial import Trial
 from identification.selection.trial_runner import Effects
 from symbolic import TOLERATED, Effect, Model, parameter_name, units_of
 from symbolic.float_array import Array
-from symbolic.trajectory_sensitivity import memory_for_full_slide
+from symbolic.trajectory_sensitivity import final_full_slide_memory
 
 
 def build_diagnosis(
@@ -64,7 +64,7 @@ def build_diagnosis(
     left = find_residual_structure(after.residuals, everything, followed[1], fitted.loss)
     standing_in = stand_in_effect_names(steps, rests, everything, left)
     effects = found_effects(steps, rests, estimates, training, proposals, standing_in)
-    kingpins = [kingpin_note_from_effect(effect, fitted, training)[1] for effect in effects]
+    kingpins = [inclination_note_of_effect(effect, fitted, training)[1] for effect in effects]
     return Diagnosis(
         recordings=tuple(r.name for r in training),
         holdout=tuple(r.name for r in holdout),
@@ -125,10 +125,10 @@ def note_slide_beyond_sensor(
         found = replaced_rig(recording, values)
         rig, load = found.rig, float(np.median(found.F_N[found.F_N > 0]))
         theta = np.asarray(model.theta(values.of(recording))).ravel()
-        memory = memory_for_full_slide(model, signals_of(found), theta)
+        memory = final_full_slide_memory(model, signals_of(found), theta)
         _, torque = model.full_slide(memory, load, theta, [rig.a, rig.e], rig.slide_rate)
         if abs(float(torque)) >= rig.sensor_torque_limit:
-            least.append(f"{recording.name} {greatest_friction(recording):.2f} or more")
+            least.append(f"{recording.name} {max_measurable_friction(recording):.2f} or more")
     told = f"{BEYOND_RANGE}, so that friction is inferred from the model's curve below it"
     return (f"{told}; measured is only {', '.join(least)}",) if least else ()
 

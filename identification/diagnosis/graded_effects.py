@@ -7,10 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from identification.diagnosis.contradicted_declared_values import notes_on_wrong_declared_values
-from identification.diagnosis.found_vs_declared_stiffness import (
-    kingpin_note_from_stiffness,
-    stiffness_note,
-)
+from identification.diagnosis.found_vs_declared_stiffness import kingpin_inclination_note, stiffness_note
 from identification.diagnosis.result_parts import FoundEffect, Grade, TorqueErrors
 from identification.experiments.proposed_experiment import Proposal
 from identification.fits.fitting import Fit, parameters_at_bounds
@@ -215,7 +212,7 @@ def final_model_notes(
         if UNRECORDED_LOAD in effect.indistinguishable_from:
             notes.append(f"{effect.name}: it is this, or a load that changes with the angle: record it")
         stiffness = effect.parameters.get("stiffness")
-        if told := kingpin_note_from_effect(effect, fitted, recordings)[0]:
+        if told := inclination_note_of_effect(effect, fitted, recordings)[0]:
             notes.append(f"{effect.name}: {told}")
         elif stiffness and stiffness.value < 0:
             notes.append(
@@ -226,7 +223,7 @@ def final_model_notes(
     return tuple(notes)
 
 
-def kingpin_note_from_effect(
+def inclination_note_of_effect(
     effect: FoundEffect, fitted: Fit, recordings: Sequence[Recording]
 ) -> tuple[str, float | None]:
     """What an effect says of a car's kingpin, and the inclination to declare [rad], None for none."""
@@ -236,7 +233,7 @@ def kingpin_note_from_effect(
         return "", None
     label = (recordings[0].name, "return_share")
     share = fitted.values.at(label) if label in fitted.labels else 1.0
-    told, inclination = kingpin_note_from_stiffness(car, stiffness.value, stiffness.std or 0.0, share)
+    told, inclination = kingpin_inclination_note(car, stiffness.value, stiffness.std or 0.0, share)
     if inclination is not None and effect.grade in ("weak", "stands_in"):
         return f"{told}; have a second log confirm it before you declare it", None
     return told, inclination

@@ -73,12 +73,12 @@ def propose(
         torque = truth.torque(manoeuvre, truth.theta)[0]
         rough.append(other.refit(manoeuvre, torque, other.origin, _ROUGH))
     rough.sort(key=lambda outcome: -outcome.rms_torque_difference)
-    best = other.refine(rough[0])
+    best = other.finish_refit(rough[0])
     # A longer refit lowers the difference: a rough one that is below the best stays below it.
     for outcome in rough[1:]:
         if best.rms_torque_difference >= outcome.rms_torque_difference:
             break
-        best = max(best, other.refine(outcome), key=lambda outcome: outcome.rms_torque_difference)
+        best = max(best, other.finish_refit(outcome), key=lambda outcome: outcome.rms_torque_difference)
     torques = best.torque, best.rival_torque
     return proposal_from_torques(found, rival, recordings, best.manoeuvre, torques, criteria)
 
@@ -118,7 +118,7 @@ class _RefittedRival(_SimulatedModel):
         self.information_root = _information_root(fitted, columns)
         self.weight = np.sqrt(SAMPLE_PERIOD / fitted_sample_period(fitted, typical)) / span
 
-    def refine(self, rough: _RefitOutcome) -> _RefitOutcome:
+    def finish_refit(self, rough: _RefitOutcome) -> _RefitOutcome:
         """Continue a rough refit until it converges."""
         return self.refit(rough.manoeuvre, rough.torque, rough.solution, _THOROUGH)
 

@@ -20,7 +20,9 @@ LOAD_STEP = 2.0
 
 def manoeuvres(reach: RecordedRange) -> tuple[SampledManoeuvre, ...]:
     """The library within reach, each about `LENGTH` long, from rest in the middle of the angles."""
-    steady = _sweeps(reach) | _turns_at_several_speeds(reach) | _turns_with_rests(reach) | _loops(reach)
+    steady = (
+        _sweeps(reach) | _turns_at_several_speeds(reach) | _turns_with_rests(reach) | _minor_loops(reach)
+    )
     return (
         *(sampled_manoeuvre(reach, words, cycle) for words, cycle in steady.items()),
         *(
@@ -94,7 +96,7 @@ def _turns_with_rests(reach: RecordedRange) -> Cycles:
     }
 
 
-def _loops(reach: RecordedRange) -> Cycles:
+def _minor_loops(reach: RecordedRange) -> Cycles:
     """Small loops: about several centres, growing, shrinking, and during a slide."""
     fast, size = reach.speed, reach.amplitude
     pace = f"at up to {fast / 2:.2g} rad/s"

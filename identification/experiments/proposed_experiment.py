@@ -58,7 +58,7 @@ class Proposal:
     @property
     def sentence(self) -> str:
         """How to turn the wheel and the expected difference, or that no standard manoeuvre would do."""
-        one, other = _words(self.found), _words(self.rival)
+        one, other = _effects_in_words(self.found), _effects_in_words(self.rival)
         differ = f"differ by {self.separation:.2%} of range"
         if self.times is None:
             return (
@@ -173,5 +173,5 @@ def _extra_effect_names(one: Fit, other: Fit) -> str:
     return ", ".join(e.name for e in one.model.effects if e.name not in theirs)
 
 
-def _words(effects: str) -> str:
+def _effects_in_words(effects: str) -> str:
     return effects.replace("_", " ").replace(",", " with") or "the model without it"

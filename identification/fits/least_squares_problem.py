@@ -9,8 +9,8 @@ from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.loss import influence
 from identification.fits.options import FitOptions, OwnerAndName
 from identification.fits.parameter_values import Values, ground_of, grounds_of, rig_parameters
+from identification.reading.declared_car_torques import declared_vehicle_torques
 from identification.reading.declared_sensor_range import drop_torques_beyond_range
-from identification.reading.declared_torques import declared_vehicle_torques
 from identification.reading.recordings import Recording
 from symbolic import (
     GEOMETRY,

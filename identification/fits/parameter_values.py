@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from identification.fits.options import OwnerAndName
-from identification.reading.declared_torques import declared_vehicle_torques
+from identification.reading.declared_car_torques import declared_vehicle_torques
 from identification.reading.recordings import Recording
 from symbolic import (
     TOLERATED,

@@ -217,14 +217,14 @@ def _refine_around_minimum(
     """Insert fits nearer and nearer to the least cost."""
     costs = {value: fitted.cost(recordings) for value, fitted in fits.items()}
     for _ in range(REFINEMENTS):
-        if (between := _minimum(costs)) is None:
+        if (between := _parabola_minimum(costs)) is None:
             break
         nearest = min(fits, key=lambda value: abs(value - between))
         fits[between] = fitted_at(between, fits[nearest].values)
         costs[between] = fits[between].cost(recordings)
 
 
-def _minimum(costs: Mapping[float, float]) -> float | None:
+def _parabola_minimum(costs: Mapping[float, float]) -> float | None:
     """Minimum of a parabola through the least costs; None at an end, or where it gains nothing."""
     places = np.array(sorted(costs))
     heights = np.array([costs[place] for place in places])

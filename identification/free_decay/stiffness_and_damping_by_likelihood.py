@@ -65,7 +65,7 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
     values = solution.x * likelihood.scales
     responses = tuple(zip(likelihood.vibrations, solution.evaluation.responses, strict=True))
     for vibration, response in responses:
-        _check_plausible(vibration, response, values[0])
+        _check_follows_fit(vibration, response, values[0])
     scales = likelihood.scales[: likelihood.shared]
     size = np.sqrt(np.diag(uncertainty.information))
     covariance = uncertainty.covariance * np.outer(scales, scales)
@@ -78,7 +78,7 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
     )
     stiffnesses = stiffness_by_contact_geometry(likelihood)
     agreed = stiffnesses_agree(stiffnesses.values())
-    contacts = _contacts(likelihood.contacts, values, covariance, stiffnesses)
+    contacts = _force_and_k_by_contact(likelihood.contacts, values, covariance, stiffnesses)
     covariance[0, 0] += (lengths * k.value) ** 2
     return FreeDecay(
         k=_add_length_uncertainty(k, lengths),
@@ -93,7 +93,7 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
             likelihood, k, b_t, contacts, agreed, solution.noise, lengths
         ),
         vibrations=tuple(
-            _fitted(vibration, response, values[likelihood.columns(i)])
+            _vibration_fit(vibration, response, values[likelihood.columns(i)])
             for i, (vibration, response) in enumerate(responses)
         ),
         converged=solution.converged,
@@ -120,7 +120,7 @@ def _natural_frequency(vibration: FreeVibration, k: float) -> float:
     return float(np.sqrt(rotational_stiffness(k, *vibration.contact) / vibration.decay.inertia))
 
 
-def _check_plausible(vibration: FreeVibration, response: VibrationTrajectory, k: float) -> None:
+def _check_follows_fit(vibration: FreeVibration, response: VibrationTrajectory, k: float) -> None:
     """Check that a recording follows the fitted vibration roughly."""
     name, omega = vibration.decay.name, _natural_frequency(vibration, k)
     if not 1 / _DETUNED < vibration.omega / omega < _DETUNED:
@@ -134,7 +134,7 @@ def _check_plausible(vibration: FreeVibration, response: VibrationTrajectory, k:
         raise InvalidInputError(f"{name}: psi does not follow the vibration that was fitted: {_REMEDY}")
 
 
-def _contacts(
+def _force_and_k_by_contact(
     contacts: Sequence[ContactGeometry],
     values: Array,
     covariance: Array,
@@ -153,7 +153,9 @@ def _contacts(
     return tuple(results)
 
 
-def _fitted(vibration: FreeVibration, response: VibrationTrajectory, values: Array) -> VibrationFit:
+def _vibration_fit(
+    vibration: FreeVibration, response: VibrationTrajectory, values: Array
+) -> VibrationFit:
     """A recording beside its fit, with k, b_t and its own unknowns as in `Likelihood.columns`."""
     k, b_t, centre = values[[0, 1, -1]].tolist()
     omega_n = _natural_frequency(vibration, k)

@@ -96,7 +96,7 @@ def find_vibration(decay: Decay) -> FreeVibration:
             f" not swing {MIN_PERIODS:g} times; record the vibration until it has died away"
         )
     loud = max(1.5 * step, _LOUD * deflection)
-    calm, end = _calm_interval(t, np.abs(swing), loud, 2 * np.pi / omega)
+    calm, end = _calm_after_vibration(t, np.abs(swing), loud, 2 * np.pi / omega)
     damping = _decay_rate_from_energy(t[:calm], swing[:calm], loud, omega)
     length = min(np.log(deflection / (_MIN_AMPLITUDE * step)), _MAX_LENGTH) / damping
     length = max(length, MIN_PERIODS * 2 * np.pi / omega)
@@ -157,7 +157,7 @@ def _frequency(t: Array, swing: Array) -> float:
     return 2 * np.pi * float(np.argmax(spectrum)) / (count * float(even[1] - even[0]))
 
 
-def _calm_interval(t: Array, away: Array, loud: float, period: float) -> tuple[int, int]:
+def _calm_after_vibration(t: Array, away: Array, loud: float, period: float) -> tuple[int, int]:
     """Begin of a whole period without loud samples, and the next loud sample or else the end."""
     is_loud = np.flatnonzero(away > loud)
     pauses = np.flatnonzero(np.diff(t[is_loud]) > period)

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from identification.reading.sample_table import Table
-from identification.reading.signal_map import SignalSource, corrected_map
-from identification.reading.units import OF_SIZE, UNITS, unit_by_size
+from identification.reading.signal_map import SignalSource, corrected_map_text
+from identification.reading.units import OF_SIZE, UNITS, car_unit_by_size
 from symbolic import InvalidInputError
 from symbolic.float_array import Array
 from symbolic.signal_plausibility_limits import MAX_RETURNED_WORK
@@ -49,7 +49,7 @@ def require_plausible_car(table: Table, vehicle: Vehicle) -> None:
         changed[column] = replace(source, factor=-source.factor)
         reasons.append(reason)
     if changed:
-        remedy = corrected_map(table.sources, changed)
+        remedy = corrected_map_text(table.sources, changed)
         raise InvalidInputError(f"{table.path}: {'; '.join(reasons)}: {remedy}")
 
 
@@ -99,7 +99,7 @@ def _units_other_than_si(columns: Mapping[str, Array], vehicle: Vehicle) -> dict
         # What a motor gives depends on its gear.
         share = rack_force(vehicle, 0.0, columns["T_motor"], 0.0) / MAX_RACK_FORCE
         sizes["T_motor"] = share * OF_SIZE["T_motor"][0]
-    units = {column: unit_by_size(column, values) for column, values in sizes.items()}
+    units = {column: car_unit_by_size(column, values) for column, values in sizes.items()}
     way = "rack" if "rack" in columns else "handwheel"
     gain = UNITS[way].get(units[way], 1.0) * (1.0 if way == "rack" else vehicle.rack_gain)
     if "F_rack" in columns and not gain * _span(columns[way]) > MIN_RACK_SPAN:

@@ -21,7 +21,7 @@ from identification.reading.car_plausibility import (
     require_plausible_car,
     shares_at_extreme_values,
 )
-from identification.reading.channels_by_name import absent_rack_columns, map_hint, missing_channels
+from identification.reading.channels_by_name import absent_rack_columns, map_hint, missing_channels_error
 from identification.reading.checked_file_reading import read_bytes
 from identification.reading.readers import READERS, read_table
 from identification.reading.sample_table import MIN_SAMPLES, Table
@@ -140,7 +140,7 @@ def require_rack_travel_and_force(table: Table, vehicle: Vehicle) -> None:
     """Refuse a table without way or force of the rack, or with a motor on one side alone."""
     columns, signals = table.columns, SignalMap(signals=table.sources)
     if absent := absent_rack_columns(columns):
-        raise missing_channels(table.path, absent, table.names, signals)
+        raise missing_channels_error(table.path, absent, table.names, signals)
     if "F_rack" in columns:
         if vehicle.handwheel_inertia:
             raise InvalidInputError(

@@ -10,8 +10,14 @@ from pathlib import Path
 import numpy as np
 
 from identification.reading.sample_table import CAR_COLUMNS, COLUMNS, possible_columns
-from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, corrected_map
-from identification.reading.units import factor_of, is_unit, name_without_unit, unit_at_end, unit_of_name
+from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, corrected_map_text
+from identification.reading.units import (
+    factor_of,
+    is_unit,
+    name_without_unit,
+    unit_at_end,
+    unit_in_brackets,
+)
 from identification.reading.units_by_magnitude import infer_units_and_sign
 from symbolic import InvalidInputError
 from symbolic.float_array import Array
@@ -88,7 +94,7 @@ def resolve_columns(
         )
     if absent:
         absent += ["t"] if not file.own_clocks and "t" not in (*full, *absent) else []
-        raise missing_channels(path, absent, file.names, signals, file.read)
+        raise missing_channels_error(path, absent, file.names, signals, file.read)
     return full
 
 
@@ -112,7 +118,7 @@ def match_channel(where: str, name: str, names: Sequence[str], *, by_part: bool 
     return candidates[0] if candidates else None
 
 
-def missing_channels(
+def missing_channels_error(
     path: Path,
     absent: Sequence[str],
     names: Sequence[str],
@@ -151,7 +157,7 @@ def map_hint(
         guesses = {c: _proposed_source(c, c if c in names else guess) for c, guess in cars}
         given = {c: source for c, source in signals.signals.items() if c not in absent}
         which = f"; say which is which{CAR_IN_PYTHON * in_python}"
-        return f"{which}, such as {corrected_map(given, guesses)}"
+        return f"{which}, such as {corrected_map_text(given, guesses)}"
     channels = dict(_channel_guesses(absent, names, signals))
     guessed = {
         column: replace(_proposed_source(column, guess), ratio=signals.steering_ratio)
@@ -174,7 +180,7 @@ def map_hint(
             continue
         with suppress(InvalidInputError), np.errstate(over="ignore"):
             samples, source = read(name), sources[column]
-            if unit := source.unit or samples.unit or unit_of_name(name):
+            if unit := source.unit or samples.unit or unit_in_brackets(name):
                 certain.add(column)
             factor = source.factor if column in others else 1.0
             values[column] = samples.values * factor * (factor_of(column, unit) or 1.0)
@@ -187,12 +193,16 @@ def map_hint(
     }
     load = CONSTANT_LOAD if [*absent] == ["F_N"] and channels["F_N"] is None else ""
     ratio = SignalSource(channel="psi", ratio=signals.steering_ratio).ratio_hint if of_hand else ""
-    taken = "" if "M_z" in of_hand else _torque_note(channels.get("M_z") if "M_z" in guessed else None)
+    taken = (
+        ""
+        if "M_z" in of_hand
+        else _assumed_torque_note(channels.get("M_z") if "M_z" in guessed else None)
+    )
     which = f"; say which is which{IN_PYTHON * in_python}"
-    return f"{load}{taken}{which}, such as {corrected_map({}, changed)}{ratio}"
+    return f"{load}{taken}{which}, such as {corrected_map_text({}, changed)}{ratio}"
 
 
-def _torque_note(channel: str | None) -> str:
+def _assumed_torque_note(channel: str | None) -> str:
     """Which torque a channel is taken for whose name does not tell, and how to say another one."""
     if channel is None or _OF_GROUND.search(channel):
         return ""
@@ -206,7 +216,7 @@ def _torque_note(channel: str | None) -> str:
 def _proposed_source(column: str, channel: str | None) -> SignalSource:
     """A channel with the unit that its name ends in; a word in its place for none."""
     bare = name_without_unit(channel or "CHANNEL")
-    unit = "" if is_unit(column, unit_of_name(channel or "")) else unit_at_end(column, bare)
+    unit = "" if is_unit(column, unit_in_brackets(channel or "")) else unit_at_end(column, bare)
     return SignalSource(channel=bare, unit=unit or None)
 
 
@@ -217,13 +227,13 @@ def _channel_guesses(
     left = list(names)
     known = {*absent, *signals.signals, *(name_without_unit(name) for name in names)}
     for column in absent if {"M_z", "M"} & known else (*absent, "M_z"):
-        if (guess := _likely(column, left)) is not None:
+        if (guess := _likely_channel(column, left)) is not None:
             left.remove(guess)
         yield column, guess
 
 
-def _likely(column: str, names: Sequence[str]) -> str | None:
-    by_unit = [n for n in names if is_unit(column, unit_of_name(n) or unit_at_end(column, n))]
+def _likely_channel(column: str, names: Sequence[str]) -> str | None:
+    by_unit = [n for n in names if is_unit(column, unit_in_brackets(n) or unit_at_end(column, n))]
     parts = _USUAL_NAMES.get(column, (column.lower(),))
     by_name = [n for n in names if any(p in n.lower().replace("_", "") for p in parts)]
     close = get_close_matches(column, names, n=1, cutoff=0.6)

@@ -10,13 +10,13 @@ import numpy as np
 from identification.reading.channels_by_name import (
     ChannelFile,
     ChannelSamples,
-    missing_channels,
+    missing_channels_error,
     resolve_columns,
 )
 from identification.reading.map_for_recording import add_unit_by_name, choose_map_for_channels
 from identification.reading.sample_table import MAX_SAMPLES, Table
 from identification.reading.signal_map import ANGLES, SignalMap, SignalSource
-from identification.reading.units import factor_of, is_unit, name_without_unit, unit_of_name
+from identification.reading.units import factor_of, is_unit, name_without_unit, unit_in_brackets
 from symbolic import InvalidInputError
 from symbolic.float_array import Array
 from symbolic.tables.toml_and_json_parsing import prefix_errors
@@ -47,13 +47,13 @@ def table_from_channels(
     if not read:
         # Of a car, where no single column is needed.
         timeless = [] if file.own_clocks or "t" in names else ["t"]
-        raise missing_channels(path, [*timeless, "rack", "F_rack"], file.names, signals)
+        raise missing_channels_error(path, [*timeless, "rack", "F_rack"], file.names, signals)
     own_clocks = "t" not in signals.signals and all(s.times is not None for s in read.values())
     if own_clocks and names.get("t") == "t":
         own_clocks = not _is_common_clock(file.read("t"), *read.values())
     if not own_clocks:
         if "t" not in names:
-            raise missing_channels(path, ["t"], file.names, signals, file.read)
+            raise missing_channels_error(path, ["t"], file.names, signals, file.read)
         read = {"t": _add_unit_from_name("t", names["t"], file.read(names["t"])), **read}
     sources, in_si = dict[str, SignalSource](), dict[str, ChannelSamples]()
     remarks: dict[str, list[str]] = {_BY_NAME: [], _BY_FILE: []}
@@ -100,7 +100,7 @@ def _is_common_clock(time: ChannelSamples, *channels: ChannelSamples) -> bool:
 
 def _add_unit_from_name(column: str, name: str, samples: ChannelSamples) -> ChannelSamples:
     """The samples with the unit in brackets behind the name, where the file says none."""
-    unit = unit_of_name(name)
+    unit = unit_in_brackets(name)
     return replace(samples, unit=unit) if not samples.unit and is_unit(column, unit) else samples
 
 

@@ -39,7 +39,7 @@ def torque_beyond_range_note(recordings: Sequence[Recording]) -> str:
     return f"torque at its sensor's range, left out: {', '.join(told)}" if told else ""
 
 
-def greatest_friction(recording: Recording) -> float:
+def max_measurable_friction(recording: Recording) -> float:
     """Friction whose full slide is at the end of the used range, at the median load [1]."""
     load = float(np.median(recording.F_N[recording.F_N > 0]))
     return float(

@@ -24,14 +24,14 @@ def choose_map_for_channels(where: str, signals: SignalMap, names: Sequence[str]
         for one in signals.alternatives
         for column, source in one.signals.items()
     )
-    if own and not any(_is_there(channel, names) for channel in foreign):
+    if own and not any(_has_channel(channel, names) for channel in foreign):
         # They are named, so that a map that is proposed for another column needs none of these.
         return SignalMap(signals={c: SignalSource(channel=c) for c in ("psi", "F_N")}, dbc=signals.dbc)
     if not signals.others:
         return signals
 
     def lacking(one: SignalMap) -> int:
-        return sum(not _is_there(source.channel, names) for source in one.signals.values())
+        return sum(not _has_channel(source.channel, names) for source in one.signals.values())
 
     fitting = [one for one in signals.alternatives if not lacking(one)]
     if len(fitting) > 1:
@@ -45,7 +45,7 @@ def choose_map_for_channels(where: str, signals: SignalMap, names: Sequence[str]
     return min(signals.alternatives, key=lacking)
 
 
-def _is_there(channel: str, names: Sequence[str]) -> bool:
+def _has_channel(channel: str, names: Sequence[str]) -> bool:
     try:
         return match_channel("", channel, names) is not None
     except InvalidInputError:  # It is there, even more than once.

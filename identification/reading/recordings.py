@@ -23,7 +23,7 @@ from identification.reading.sample_table import (
 )
 from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, parse_signals
 from identification.reading.steering_rate import require_rate_matches_angle, smoothed_rate
-from identification.reading.units import unit_of_name
+from identification.reading.units import unit_in_brackets
 from symbolic import InvalidInputError, Rig, Tyre
 from symbolic.float_array import Array
 from symbolic.tables.notebook_html import html_table
@@ -86,13 +86,13 @@ class Recording:
         title = f"Recording {self.name}" + (f" on {self.ground}" if self.ground else "")
         rows = [
             ("samples", f"{self.t.size} in {self.t[-1] - self.t[0]:g} s"),
-            ("angle ψ", f"{_range(self.psi)} rad"),
-            ("aligning torque M_z", f"{_range(self.M_z)} N m, {_missing(self.M_z)}"),
-            ("load F_N", f"{_range(self.F_N)} N"),
+            ("angle ψ", f"{_range_text(self.psi)} rad"),
+            ("aligning torque M_z", f"{_range_text(self.M_z)} N m, {_missing_text(self.M_z)}"),
+            ("load F_N", f"{_range_text(self.F_N)} N"),
             ("rig", f"a = {self.rig.a:g} m, e = {self.rig.e:g} m, k = {self.tyre.k:g} N/m²"),
         ]
         if self.M is not None:
-            rows.insert(3, ("steering torque M", f"{_range(self.M)} N m, {_missing(self.M)}"))
+            rows.insert(3, ("steering torque M", f"{_range_text(self.M)} N m, {_missing_text(self.M)}"))
         return html_table(title, rows)
 
     def plot(self, axes: "Axes | None" = None) -> "Axes":
@@ -110,7 +110,7 @@ class Recording:
         for name in ("t", "psi", "psi_dot", "M_z", "F_N", "M"):
             value = getattr(self, name)
             if value is not None:
-                object.__setattr__(self, name, self._frozen(name, value))
+                object.__setattr__(self, name, self._read_only(name, value))
         if self.t.size < 3:
             raise InvalidInputError(f"{self.name}: {self.t.size} samples, at least 3 needed")
         for name in ("t", "psi", "psi_dot", "F_N"):
@@ -146,7 +146,7 @@ class Recording:
         file = ChannelFile(
             names=[str(column) for column in frame.columns],
             read=lambda column: ChannelSamples(
-                values=np.asarray(frame[column]), unit=unit_of_name(column)
+                values=np.asarray(frame[column]), unit=unit_in_brackets(column)
             ),
         )
         needed = required_columns(torque_required=torque_required)
@@ -154,7 +154,7 @@ class Recording:
         require_valid_samples(table, needed)
         return recording_of(table, rig, name, causal=causal)
 
-    def _frozen(self, name: str, value: ArrayLike) -> Array:
+    def _read_only(self, name: str, value: ArrayLike) -> Array:
         array = np.array(value, dtype=np.float64)
         if array.shape != np.shape(self.t) or array.ndim != 1:
             raise InvalidInputError(
@@ -242,12 +242,12 @@ def recording_of(
     )
 
 
-def _range(values: Array) -> str:
+def _range_text(values: Array) -> str:
     known = values[np.isfinite(values)]
     return f"{known.min():.4g} to {known.max():.4g}" if known.size else "–"
 
 
-def _missing(values: Array) -> str:
+def _missing_text(values: Array) -> str:
     count = int(np.count_nonzero(~np.isfinite(values)))
     return f"{count} samples missing" if count else "none missing"
 

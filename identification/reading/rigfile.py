@@ -113,22 +113,22 @@ def read_signals(path: str | Path) -> SignalMap:
         given = parse_toml(content).get(SIGNALS, {})
         with prefix_errors(f"[{SIGNALS}]"):
             sections = given if isinstance(given, list) and given else [given]
-            maps = [_section(section, path.parent) for section in sections]
+            maps = [_parse_section(section, path.parent) for section in sections]
             return join_alternative_maps([one.signals for one in maps], [one.dbc for one in maps])
 
 
-def _section(section: object, folder: Path) -> SignalMap:
+def _parse_section(section: object, folder: Path) -> SignalMap:
     if not isinstance(section, dict):
         raise InvalidInputError("must be a section")
     entries = dict(section)
     dbc = entries.pop(DBC, None)
     if not isinstance(dbc, str | None) or "\0" in (dbc or ""):
         raise InvalidInputError(f"{DBC} must be the name of a file, got {quoted_value(dbc)}")
-    signals = {column: _signal(column, entry) for column, entry in entries.items()}
+    signals = {column: _parse_source(column, entry) for column, entry in entries.items()}
     return SignalMap(signals=signals, dbc=None if dbc is None else folder / dbc)
 
 
-def _signal(column: str, entry: object) -> SignalSource:
+def _parse_source(column: str, entry: object) -> SignalSource:
     table = {"channel": entry} if isinstance(entry, str) else entry
     if not isinstance(table, dict) or not isinstance(table.get("channel"), str):
         raise InvalidInputError(

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.signal_map import SignalSource, corrected_map
-from identification.reading.units import UNITS, unit_by_size
-from identification.reading.units_by_magnitude import infer_units_and_sign, unit_of_period
+from identification.reading.signal_map import SignalSource, corrected_map_text
+from identification.reading.units import UNITS, car_unit_by_size
+from identification.reading.units_by_magnitude import infer_units_and_sign, time_unit_by_period
 from symbolic import InvalidInputError
 from symbolic.float_array import Array
 
@@ -105,8 +105,8 @@ def require_valid_samples(table: Table, needed: Sequence[str]) -> None:
     columns = {name: table.columns[name] for name in MAX_VALUES if name in table.columns}
     checks = [
         _unreadable_check(table),
-        *(_infinite(name, values) for name, values in columns.items()),
-        *(_too_large(table, name, values) for name, values in columns.items()),
+        *(_infinite_check(name, values) for name, values in columns.items()),
+        *(_too_large_check(table, name, values) for name, values in columns.items()),
         *(_nonpositive_load_check(table, values) for name, values in columns.items() if name == "F_N"),
         *_time_checks(columns["t"]),
     ]
@@ -155,23 +155,23 @@ def _unreadable_check(table: Table) -> _Check:
     return np.isin(np.arange(table.columns["t"].size), list(what)), what.__getitem__
 
 
-def _infinite(name: str, values: Array) -> _Check:
+def _infinite_check(name: str, values: Array) -> _Check:
     what = f"{name} is infinite; allowed: a finite number, empty or NaN"
     return np.isinf(values), lambda _: what
 
 
-def _too_large(table: Table, name: str, values: Array) -> _Check:
+def _too_large_check(table: Table, name: str, values: Array) -> _Check:
     most, unit = MAX_VALUES[name]
     allowed = f"allowed: up to {most:g} {unit} in size"
     wrong = np.isfinite(values) & (np.abs(values) > most)
-    if unit_by_size(name, values):  # Of a car: refused later, with all else that its units are not.
+    if car_unit_by_size(name, values):  # Of a car: refused later, with all else that its units are not.
         wrong = np.zeros_like(wrong)
-    return wrong, lambda at: f"{name} = {values[at]:g} {unit}; {allowed}{_other_unit_entry(table, name)}"
+    return wrong, lambda at: f"{name} = {values[at]:g} {unit}; {allowed}{_smaller_unit_map(table, name)}"
 
 
 def _nonpositive_load_check(table: Table, F_N: Array) -> _Check:
     source = table.source("F_N")
-    turned = corrected_map(table.sources, {"F_N": replace(source, factor=-source.factor)})
+    turned = corrected_map_text(table.sources, {"F_N": replace(source, factor=-source.factor)})
     remedy = "" if (F_N > 0).any() else f"; if it counts the other way: {turned}"
     return F_N <= 0, lambda at: f"F_N = {F_N[at]:g} N; a vertical load is greater than 0{remedy}"
 
@@ -197,7 +197,7 @@ def _time_checks(t: Array) -> Iterator[_Check]:
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def _other_unit_entry(table: Table, column: str) -> str:
+def _smaller_unit_map(table: Table, column: str) -> str:
     """The map to write where a column is too large because it is in a smaller unit."""
     source = table.source(column)
     smaller = sorted((factor, unit) for unit, factor in UNITS[column].items() if factor < 1)
@@ -205,7 +205,7 @@ def _other_unit_entry(table: Table, column: str) -> str:
         return ""
     unit = smaller[-1][1]
     if column == "t":
-        unit = unit_of_period(float(np.nanmedian(np.abs(np.diff(table.columns["t"])))))
+        unit = time_unit_by_period(float(np.nanmedian(np.abs(np.diff(table.columns["t"])))))
     stated = source.unit is not None
     values = {**table.columns, column: table.columns[column] * (1 if stated else UNITS[column][unit])}
     sources = {**table.sources, column: source if stated else replace(source, unit=unit)}
@@ -217,4 +217,6 @@ def _other_unit_entry(table: Table, column: str) -> str:
     if stated and column not in geared:
         return ""
     of_hand = "if it is the steering wheel's in degrees" if geared else "if it is in another unit"
-    return f"; {of_hand}: {corrected_map(table.sources, changed)}{source.ratio_hint if geared else ''}"
+    return (
+        f"; {of_hand}: {corrected_map_text(table.sources, changed)}{source.ratio_hint if geared else ''}"
+    )

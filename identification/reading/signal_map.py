@@ -223,7 +223,7 @@ def as_map_option(entries: Iterable[str]) -> str:
     return f"--map {shlex.quote(','.join(entries))}"
 
 
-def corrected_map(sources: Mapping[str, SignalSource], changed: Mapping[str, SignalSource]) -> str:
+def corrected_map_text(sources: Mapping[str, SignalSource], changed: Mapping[str, SignalSource]) -> str:
     """What to write so that some columns come from elsewhere, with all that is mapped already.
 
     Names that `--map` cannot hold make it the first line of the file that has [signals].

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.reading.sample_table import Table
-from identification.reading.signal_map import corrected_map
+from identification.reading.signal_map import corrected_map_text
 from identification.reading.units import UNITS, require_factor
 from symbolic import InvalidInputError
 from symbolic.float_array import Array
@@ -101,7 +101,7 @@ def _rate_correction_text(table: Table, scale: float) -> str:
             if 1 / MAX_RATE_SCALE < factor / now / size < MAX_RATE_SCALE:
                 if factor != now:
                     changed[column] = replace(source, unit=unit.replace(" ", ""))
-                return f"if unit or sign is another: {corrected_map(table.sources, changed)}"
+                return f"if unit or sign is another: {corrected_map_text(table.sources, changed)}"
     mended = replace(rate, factor=float(f"{rate.factor / scale:.3g}"))
-    mend = corrected_map(table.sources, {"psi_dot": mended})
+    mend = corrected_map_text(table.sources, {"psi_dot": mended})
     return f"leave the rate out, it is not needed, or, if the angle is right: {mend}"

@@ -80,7 +80,7 @@ def factor_of(column: str, unit: str) -> float | None:
     return next((known[name] for name in (text, word, relaxed) if name in known), None)
 
 
-def unit_by_size(column: str, values: NDArray[np.float64]) -> str:
+def car_unit_by_size(column: str, values: NDArray[np.float64]) -> str:
     """The unit suggested by the size of a car column's numbers; empty if they are plausible in SI."""
     sizes = np.sort(np.abs(values[np.isfinite(values)]))
     if sizes.size < IN_UNIT:
@@ -96,7 +96,7 @@ def is_unit(column: str, text: str) -> bool:
     return _strip_unit_brackets(text) not in _NO_UNIT and factor_of(column, text) is not None
 
 
-def unit_of_name(name: str) -> str:
+def unit_in_brackets(name: str) -> str:
     """The unit that a heading such as `Angle [deg]` holds; empty for none."""
     found = _WITH_UNIT.fullmatch(name)
     return found[2].strip() if found else ""

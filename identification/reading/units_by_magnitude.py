@@ -22,7 +22,7 @@ MAX_LEVER_ARM = 0.8
 """Largest torque per load that a ground can hold [m]."""
 
 
-def unit_of_period(period: float) -> str:
+def time_unit_by_period(period: float) -> str:
     """The largest unit of time in which samples so far apart can follow a wheel, as `ms`."""
     units = sorted(((factor, unit) for unit, factor in UNITS["t"].items()), reverse=True)
     plausible = (unit for factor, unit in units if factor * period < MAX_PLAUSIBLE_PERIOD)
@@ -49,7 +49,7 @@ def infer_units_and_sign(
     largest = {c: float(np.nanmax(np.abs(v))) for c, v in known.items()}
     periods = np.nan_to_num(np.diff(known.get("t", np.zeros(2))))
     if periods.size and np.median(periods) >= MAX_PLAUSIBLE_PERIOD:
-        unit = unit_of_period(float(np.median(periods)))
+        unit = time_unit_by_period(float(np.median(periods)))
         convert("t", unit, UNITS["t"][unit])
     if largest.get("psi", 0.0) > (MAX_HANDWHEEL_ANGLE if "psi" in geared else MAX_STEERING_ANGLE):
         convert("psi", "deg", np.pi / 180)

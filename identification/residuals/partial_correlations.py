@@ -244,7 +244,7 @@ class _SignalTests:
             )
         return tuple(every)
 
-    def without(self, name: str) -> "_SignalTests":
+    def without_signal(self, name: str) -> "_SignalTests":
         """The tests of what remains without what follows a signal."""
         columns = next(own for signal, own in self.columns.items() if signal.name == name)
         parts = (self.adjusted, self.centred)
@@ -263,7 +263,7 @@ def _strongest_signals(
         if not candidates:
             break
         followed.append(max(candidates, key=lambda s: abs(s.correlation)))
-        tests = tests.without(followed[-1].signal)
+        tests = tests.without_signal(followed[-1].signal)
         remaining = replace(rows, residual=orthogonal_part(rows.residual, tests.adjusted))
         every = tests.correlations(residual_noise(remaining))
     return tuple(followed)

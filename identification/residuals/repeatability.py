@@ -13,7 +13,7 @@ from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import rmse_of
 from identification.fits.parameter_values import ground_of
 from identification.reading.recordings import Recording
-from identification.residuals.residual_signals import since_reversal
+from identification.residuals.residual_signals import motion_since_reversal
 from symbolic.patch_moment import full_slide_arm
 
 SAME_LOAD = 1.1
@@ -57,7 +57,7 @@ def repeatability(recordings: Sequence[Recording], k: float) -> Repeatability | 
 def full_slide_friction(recording: Recording, k: float) -> float:
     """Median torque while the whole patch slides, over that of mu = 1 [1]; NaN where it hardly does."""
     rig, F_N = recording.rig, recording.F_N
-    heading, travel, _ = since_reversal(recording.t, recording.psi)
+    heading, travel, _ = motion_since_reversal(recording.t, recording.psi)
     with np.errstate(divide="ignore", invalid="ignore"):
         friction = -heading * recording.M_z / (F_N * float(full_slide_arm(rig.a, rig.e)))
     known = np.isfinite(friction) & (F_N > 0)
@@ -76,13 +76,17 @@ def _replicates(recordings: Sequence[Recording]) -> list[list[Recording]]:
     groups: list[list[Recording]] = []
     for one in sorted(recordings, key=lambda r: (str(ground_of(r)), float(r.F_N.mean()))):
         first = groups[-1][0] if groups else None
-        if first is not None and ground_of(first) == ground_of(one) and _alike(first, one):
+        if (
+            first is not None
+            and ground_of(first) == ground_of(one)
+            and _same_load_and_length(first, one)
+        ):
             groups[-1].append(one)
         else:
             groups.append([one])
     return [group for group in groups if len(group) > 1]
 
 
-def _alike(one: Recording, other: Recording) -> bool:
+def _same_load_and_length(one: Recording, other: Recording) -> bool:
     ratios = (one.F_N.mean() / other.F_N.mean(), one.rig.a / other.rig.a)
     return all(1 / SAME_LOAD <= ratio <= SAME_LOAD for ratio in ratios)

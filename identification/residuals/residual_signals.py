@@ -45,7 +45,7 @@ class MotionSignals:
         return np.asarray(np.log(speed) - usual)
 
     @property
-    def relative_extent(self) -> Array:
+    def range_so_far(self) -> Array:
         """Range of the angles up to each sample over the whole range [1]."""
         extent = np.maximum.accumulate(self.psi) - np.minimum.accumulate(self.psi)
         return np.asarray(extent / max(float(extent[-1]), 1e-12))
@@ -175,7 +175,7 @@ RESIDUAL_SIGNALS: tuple[Signal, ...] = (
     Signal(
         "the initial twist that remains",
         "1",
-        lambda motion: 1 - motion.relative_extent,
+        lambda motion: 1 - motion.range_so_far,
         _TWISTED,
         differs_by_recording=True,
     ),
@@ -233,7 +233,7 @@ def motion_and_model_torque(recording: Recording, residual: Array) -> MotionSign
     """The motion of a recording, with the torque of the model that left this residual [N m]."""
     modelled = residual + recording.M_z
     known = np.isfinite(modelled)
-    heading, travel, elapsed = since_reversal(recording.t, recording.psi)
+    heading, travel, elapsed = motion_since_reversal(recording.t, recording.psi)
     return MotionSignals(
         t=recording.t - recording.t[0],
         psi=recording.psi,
@@ -246,7 +246,7 @@ def motion_and_model_torque(recording: Recording, residual: Array) -> MotionSign
     )
 
 
-def since_reversal(t: Array, psi: Array) -> tuple[Array, Array, Array]:
+def motion_since_reversal(t: Array, psi: Array) -> tuple[Array, Array, Array]:
     """Heading [1], angle [rad] and time [s] since the last reversal, from where the wheel turned."""
     heading = np.zeros(psi.size)
     start = np.zeros(psi.size, dtype=int)

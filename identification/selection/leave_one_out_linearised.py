@@ -50,10 +50,10 @@ def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Arr
         alone = (owners == (ground := ground_of(recording))) & (grounds.count(ground) == 1)
         step = np.zeros(owners.size)
         others = ~(own | alone)
-        step[others] = _newton_step(fitted, jacobian[~rows], -(weight * stacked)[~rows], others)
+        step[others] = _bounded_step(fitted, jacobian[~rows], -(weight * stacked)[~rows], others)
         _step_to_mean_of_grounds(step, alone, fitted)
         left = stacked[rows] + fitted.jacobian[rows][:, shared] @ step[shared]
-        refit = _newton_step(unbounded, jacobian[rows], -weight[rows] * left, own)
+        refit = _bounded_step(unbounded, jacobian[rows], -weight[rows] * left, own)
         residuals[name] = np.full(present[name].size, np.nan)
         residuals[name][present[name]] = left + fitted.jacobian[rows][:, own] @ refit
         residuals[name] *= torque_range(recording)
@@ -74,7 +74,7 @@ def _step_to_mean_of_grounds(step: Array, alone: Mask, fitted: Fit) -> None:
         step[i] = np.mean([coordinate(j) + step[j] for j in others]) - coordinate(i)
 
 
-def _newton_step(fitted: Fit, matrix: Array, target: Array, columns: Mask) -> Array:
+def _bounded_step(fitted: Fit, matrix: Array, target: Array, columns: Mask) -> Array:
     """Least squares in some columns, within bounds; a declared tolerance counts as in the fit."""
     weights = fitted.prior_weights[columns]
     known = weights > 0

@@ -91,7 +91,7 @@ class WorkerProcesses(Executor):
         request, reason = pickle.dumps((sys.path, pickle.dumps((function, arguments)))), ""
         for _ in range(2):
             try:
-                worker = self._worker()
+                worker = self._worker_of_thread()
             except OSError as error:  # It ended while it was started, or memory is short.
                 reason = f"it cannot be started, {error.strerror or error}"
                 continue
@@ -108,7 +108,7 @@ class WorkerProcesses(Executor):
             raise result
         raise BrushgripError(ENDED.format(reason))
 
-    def _worker(self) -> "_Worker":
+    def _worker_of_thread(self) -> "_Worker":
         """The process of this thread."""
         if not hasattr(self._own, "worker"):
             with self._lock:

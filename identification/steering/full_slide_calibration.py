@@ -20,11 +20,11 @@ from identification.fits.fitting import Fit, fit
 from identification.fits.least_squares_problem import signals_of
 from identification.fits.parameter_values import ParameterEstimate
 from identification.reading.car_plausibility import require_unclipped
-from identification.reading.declared_torques import standstill_less_gear_friction
+from identification.reading.declared_car_torques import widest_standstill_less_gear
 from identification.reading.recordings import Recording
 from symbolic import InvalidInputError, Model, full_slide_arm, simulate
 from symbolic.parameters import Tolerances
-from symbolic.vehicle.mean_wheel import friction_uncertainties
+from symbolic.vehicle.mean_wheel import mu_std_by_cause
 from symbolic.vehicle.vehicle import STD_PER_TOLERANCE, Vehicle, VehicleTolerances
 
 DAMPING_TOLERANCE = 0.95
@@ -113,7 +113,7 @@ def identify_tyres(
 
 def _prepare_steered_standstill(recording: Recording) -> Recording:
     """The standstill with the most steering, load and lengths exact, the damping known roughly."""
-    one, _ = standstill_less_gear_friction(recording)
+    one, _ = widest_standstill_less_gear(recording)
     car = one.standstills
     if car is None:
         raise InvalidInputError(f"{recording.name}: is no recording of a car")
@@ -137,7 +137,7 @@ def _checked_slide_factor_std(
         # What it says now is what the load has changed by since.
         load = max(load, VehicleTolerances().load)
     declared = replace(vehicle, slide_factor=None, tolerances=replace(vehicle.tolerances, load=load))
-    shares = friction_uncertainties(declared, brakes=vehicle.brakes).values()
+    shares = mu_std_by_cause(declared, brakes=vehicle.brakes).values()
     most = sum(shares) / STD_PER_TOLERANCE + tolerance / friction + 3 * MODEL_ERROR
     least, greatest = np.exp([-most, most])
     if not least < factor < greatest:

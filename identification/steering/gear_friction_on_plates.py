@@ -73,17 +73,17 @@ def identify_on_plates(recordings: Sequence[RackRecording], vehicle: Vehicle) ->
         raise InvalidInputError(
             f"{names}: the rack moves evenly in {force.size} samples; allowed: from {MIN_SAMPLES} on"
         )
-    alone = A[:, 0] - A[:, 1:] @ _solved(A[:, 1:], A[:, 0])
+    alone = A[:, 0] - A[:, 1:] @ _least_squares(A[:, 1:], A[:, 0])
     if not np.linalg.norm(alone) > APART * np.linalg.norm(A[:, 0]):
         raise InvalidInputError(
             f"{names}: the rack moves at one speed to a side, so that its friction and its damping"
             f" are the same; {DRIVE}"
         )
-    value = _solved(A, force)
+    value = _least_squares(A, force)
     residual = force - A @ value
     edges = np.linspace(0, force.size, BLOCKS + 1).astype(int)
     others = [np.r_[0:a, b : force.size] for a, b in pairwise(edges)]
-    without = np.array([_solved(A[kept], force[kept]) for kept in others])
+    without = np.array([_least_squares(A[kept], force[kept]) for kept in others])
     variance = (BLOCKS - 1) * without.var(axis=0)
     plates = PLATE_FRICTION * full_slide_rack_force(vehicle)
     value[0] -= plates / 2
@@ -138,7 +138,7 @@ def _regressors_and_force(recording: RackRecording, vehicle: Vehicle) -> tuple[A
     return regressors[even], force[even]
 
 
-def _solved(A: Array, force: Array) -> Array:
+def _least_squares(A: Array, force: Array) -> Array:
     return np.asarray(np.linalg.lstsq(A, force, rcond=None)[0], dtype=np.float64)
 
 

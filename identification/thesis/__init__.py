@@ -7,7 +7,7 @@ from identification.thesis.friction_network import (
     label_mean,
     train_network,
 )
-from identification.thesis.published_estimate import (
+from identification.thesis.published_author_estimate import (
     AuthorEstimate,
     author_estimate_file,
     begin_of_part,

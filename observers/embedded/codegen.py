@@ -1,8 +1,8 @@
 """C99 of an observer for an embedded target, and a package of ROS 2 around it.
 
-CasADi writes the computation from the Functions that run in Python (see `observers.embedded.casadi_c`);
-the public functions around it, on a state of fixed size, are in `templates`. The interface does not
-depend on the observer.
+CasADi writes the computation from the Functions that run in Python (see
+`observers.embedded.casadi_c_reduction`); the public functions around it, on a state of fixed size, are
+in `templates`. The interface does not depend on the observer.
 """
 
 import hashlib
@@ -16,9 +16,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from observers.embedded.casadi_c import embedded_code
+from observers.embedded.casadi_c_reduction import embedded_code
 from observers.embedded.compact_codegen import compact_body, compact_patch
-from observers.embedded.generated_files import file_mark, require_usable_code_name, write_generated
+from observers.embedded.generated_file_checks import file_mark, require_usable_code_name, write_generated
 from observers.embedded.jinja_templates import ObserverBody, render
 from observers.embedded.reference_samples import reference_csv
 from observers.embedded.run_time_parameters import parameter_placeholders, run_time_parameters
@@ -137,7 +137,7 @@ def source_texts(
     terms |= {
         **vars(body),
         "result": result,
-        "bytes": _state_size(body, real, terms["constants_size"], len(START) * terms["checked"]),
+        "bytes": _state_bytes(body, real, terms["constants_size"], len(START) * terms["checked"]),
         "version": "",
         "layout": "",
     }
@@ -157,7 +157,7 @@ def source_texts(
     return texts, terms
 
 
-def _state_size(body: ObserverBody, real: Real, constants: int, checked: int) -> int:
+def _state_bytes(body: ObserverBody, real: Real, constants: int, checked: int) -> int:
     """Bytes of a state: body, output, constants, eight numbers, four integers, padded to a number."""
     size = body.bytes + (len(OUTPUT) + 8 + checked + constants) * real.size + 16
     return -(-size // real.size) * real.size

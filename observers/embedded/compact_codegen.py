@@ -34,7 +34,7 @@ from observers.measurement.measurement_model import CLEAN
 from observers.patch.update import memory_depends_on_tyre
 from observers.protocol import OUTPUT, SAMPLE, FunctionObserver
 from observers.quality.acquisition import OWN
-from observers.quality.friction_change_detection import change_monitor_fields
+from observers.quality.friction_change_by_stroke import change_monitor_fields
 from observers.quality.hypotheses_verdict import VERDICT
 from observers.quality.hysteresis_branches import TRACK
 from observers.quality.innovation_gate import COUNTS

@@ -4,7 +4,7 @@ from math import isfinite, nan
 
 import numpy as np
 
-from observers.embedded.generated_files import file_mark
+from observers.embedded.generated_file_checks import file_mark
 from observers.embedded.scalar_type import Real
 from observers.interfaces.control_loop import Loop
 from observers.protocol import ESTIMATE, FunctionObserver, Sample

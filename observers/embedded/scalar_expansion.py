@@ -193,7 +193,7 @@ def estimator_c(function: ca.Function, real: Real, names: Mapping[str, Sequence[
     """C of a Function of scalars of an estimator, by `add_comment_and_own_exp_log`."""
     outputs = [function.name_out(i) for i in range(function.n_out())]
     elements = {
-        name: names[_base_vector_name(name)] for name in outputs if _base_vector_name(name) in names
+        name: names[_name_without_affix(name)] for name in outputs if _name_without_affix(name) in names
     }
     comments = Comments(elements=elements)
     if function.name() == "filter":
@@ -212,7 +212,7 @@ def add_comment_and_own_exp_log(
     """
     sizes = {function.name_in(i): function.numel_in(i) for i in range(function.n_in())}
     sizes |= {function.name_out(i): function.numel_out(i) for i in range(function.n_out())}
-    vectors = {_base_vector_name(name): size for name, size in sizes.items()}
+    vectors = {_name_without_affix(name): size for name, size in sizes.items()}
     known = [name for name, size in vectors.items() if name in names and len(names[name]) == size]
     legend = "; ".join(f"{vector}: {', '.join(names[vector])}" for vector in known)
     about = [ABOUT.get(name, ""), f"Elements of {legend}." if legend else ""]
@@ -220,7 +220,7 @@ def add_comment_and_own_exp_log(
     return comment + re.sub(r"\b(?:natural_)?(log|exp)\(", r"any_\1(", text)
 
 
-def _base_vector_name(name: str) -> str:
+def _name_without_affix(name: str) -> str:
     """The vector that an output is the next of, the first of, or predicts."""
     return name.removesuffix("_next").removeprefix("first_").removeprefix("predicted_")
 

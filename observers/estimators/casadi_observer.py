@@ -22,7 +22,7 @@ from observers.protocol import ESTIMATE, OUTPUT, UNINFORMED, Estimate, Sample, S
 from observers.quality.sample_screening import (
     SCREEN,
     build_screened_step,
-    initial_plausibility_state,
+    initial_screen_state,
     is_plausible_first_sample,
 )
 from observers.quality.wrong_units_or_signs import EVIDENCE, START
@@ -195,10 +195,7 @@ class CasadiObserver:
                 f" rad, F_N = {first.F_N} N; wait for one that has"
             )
         state = self.initial_function(np.array(first.numbers), self.constants).full().ravel()
-        checks = (
-            initial_plausibility_state(first.psi),
-            START[: len(START) * self.has_unit_and_sign_check],
-        )
+        checks = (initial_screen_state(first.psi), START[: len(START) * self.has_unit_and_sign_check])
         return ObserverState(np.concatenate([state, *checks]), self._checked_layout)
 
     def step(self, state: ObserverState, sample: Sample) -> ObserverState:
@@ -207,13 +204,11 @@ class CasadiObserver:
         Raises:
             InvalidInputError: the state is that of another observer, or NaN.
         """
-        return ObserverState(
-            self._step(self._require_own_state_values(state), sample), self._checked_layout
-        )
+        return ObserverState(self._step(self._checked_state_values(state), sample), self._checked_layout)
 
     def estimate(self, state: ObserverState) -> Estimate:
         """The estimate of a state; errors as of `step`."""
-        output = self._require_own_state_values(state)[self._checked_layout.places["output"][0]]
+        output = self._checked_state_values(state)[self._checked_layout.places["output"][0]]
         mu, std, predicted, mu_eff, mu_eff_std, M_slide, nis, status = output.tolist()
         if mu != mu or status != status:
             raise InvalidInputError("state has NaN in its output; begin anew with init")
@@ -257,7 +252,7 @@ class CasadiObserver:
         )
         return Layout.of(*self.layout.fields, **checks)
 
-    def _require_own_state_values(self, state: ObserverState) -> Array:
+    def _checked_state_values(self, state: ObserverState) -> Array:
         """The numbers of a state, where it is one of this observer."""
         if not isinstance(state, ObserverState):
             raise InvalidInputError(

@@ -34,7 +34,7 @@ from observers.patch.update import (
     slopes_by_states,
 )
 from observers.protocol import OUTPUT
-from observers.quality.friction_change_detection import change_monitor_fields
+from observers.quality.friction_change_by_stroke import change_monitor_fields
 from observers.quality.innovation_gate import COUNTS, huber_weight, innovation_variance
 from observers.udu import (
     add_variance,

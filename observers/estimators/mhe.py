@@ -31,8 +31,8 @@ import casadi as ca
 from observers.estimators.mhe_recursions import (
     arrival_variance_increment,
     build_acceptance_update,
-    build_filter_step,
-    build_smoother_step,
+    build_back_substitution,
+    build_forward_elimination,
     build_state_prediction,
     has_not_converged,
 )
@@ -45,7 +45,7 @@ from observers.patch.history import PatchWindow
 from observers.patch.patch_protocol import PatchModel
 from observers.patch.update import memory_depends_on_tyre, reset_retention, sensitivity_retention
 from observers.protocol import OUTPUT
-from observers.quality.friction_change_detection import change_monitor_fields
+from observers.quality.friction_change_by_stroke import change_monitor_fields
 from observers.quality.innovation_gate import COUNTS
 from observers.tuning import TUNING_FIELDS
 from observers.udu import add_variance
@@ -102,7 +102,10 @@ def build_window_smoother(measurement_model: MeasurementModel, window: int) -> c
 
     Inputs of all samples are in columns.
     """
-    forward, backward = build_filter_step(measurement_model), build_smoother_step(measurement_model)
+    forward, backward = (
+        build_forward_elimination(measurement_model),
+        build_back_substitution(measurement_model),
+    )
     n = len(measurement_model.states)
     inputs = symbols(
         ca.MX, mean=n, factor=(n, n), x=(n, window), M_z=(1, window),
@@ -196,7 +199,7 @@ def _update_arrival_cost(
     sample: StepSample, before: Parts, samples: ca.MX, torque: tuple[ca.MX, ca.MX]
 ) -> tuple[ca.MX, ca.MX]:
     """Mean and factor of the arrival after the oldest sample, linearised at its smoothed states."""
-    mean, factor, *_ = build_filter_step(sample.measurement_model)(
+    mean, factor, *_ = build_forward_elimination(sample.measurement_model)(
         before["mean"], before["factor"], before["x"][:, 0], *torque, samples[:, 0], samples[:, 1],
         sample.rig, sample.tuning,
     )  # fmt: skip

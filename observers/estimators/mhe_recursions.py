@@ -20,7 +20,7 @@ from functools import cache
 import casadi as ca
 
 from observers.estimators.step_terms import clip_to_bounds
-from observers.layout import Expression, named, symbols, symbols_like
+from observers.layout import Expression, named, symbols, symbols_of_inputs
 from observers.measurement.linearisation import (
     build_linearised_measurement,
     build_linearised_motion,
@@ -79,7 +79,7 @@ def build_bryson_frazier_step(states: int) -> ca.Function:
 def build_state_prediction(measurement_model: MeasurementModel) -> ca.Function:
     """(x, P, M_z, slopes, last, now, rig, tuning) -> (x_next, P_next, Q): prediction to now."""
     motion = build_linearised_motion(measurement_model)
-    n, given = len(measurement_model.states), symbols_like(motion)
+    n, given = len(measurement_model.states), symbols_of_inputs(motion)
     x_next, A, Q, _ = motion(*given.values())
     P = ca.MX.sym("P", n, n)
     outputs = {"x_next": x_next, "P_next": A @ P @ A.T + ca.diag(Q), "Q": Q}
@@ -87,7 +87,7 @@ def build_state_prediction(measurement_model: MeasurementModel) -> ca.Function:
 
 
 @cache
-def build_filter_step(measurement_model: MeasurementModel) -> ca.Function:
+def build_forward_elimination(measurement_model: MeasurementModel) -> ca.Function:
     """Forward elimination of one sample, linearised about x; results up to score as `build_kalman_step`.
 
     Rows are in the order of `ROWS`. The motion out of the newest sample does not matter: any row does
@@ -113,10 +113,11 @@ def build_filter_step(measurement_model: MeasurementModel) -> ca.Function:
 
 
 @cache
-def build_smoother_step(measurement_model: MeasurementModel) -> ca.Function:
+def build_back_substitution(measurement_model: MeasurementModel) -> ca.Function:
     """Back substitution of one sample: the costate before it, and its states x within their bounds.
 
-    costate is that of the next sample, 0 at the newest; the others come from `build_filter_step`.
+    costate is that of the next sample, 0 at the newest; the others come from
+    `build_forward_elimination`.
     """
     n = len(measurement_model.states)
     inputs = symbols(

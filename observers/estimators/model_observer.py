@@ -17,7 +17,13 @@ from observers.patch.patch_protocol import EQUIVALENT
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch
 from observers.quality.acquisition_and_tracking import build_step_with_acquisition, supervision_layout
 from observers.quality.equivalent_patch import equivalent_patch
-from observers.tuning import PLAUSIBLE, TUNING_FIELDS, Tuning, require_counts, tuning_with_tolerances
+from observers.tuning import (
+    PLAUSIBLE,
+    TUNING_FIELDS,
+    Tuning,
+    require_positive_ints,
+    tuning_with_tolerances,
+)
 from symbolic import InvalidInputError, Model, Rig
 from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO
 from symbolic.effects.base import parameter_name
@@ -80,7 +86,9 @@ class ModelObserver(CasadiObserver):
                     f" got {self.values[name]:g}; leave {effect.name} out of the model"
                 )
         self.measurement_model.check(self.rig, self.model)
-        require_counts(window=getattr(self, "window", 1), iterations=getattr(self, "iterations", 1))
+        require_positive_ints(
+            window=getattr(self, "window", 1), iterations=getattr(self, "iterations", 1)
+        )
 
     def _replace_asymmetry_ratio(self) -> None:
         """Friction by direction replaces that of the model, and changes where the model's did."""

@@ -16,12 +16,12 @@ from observers.quality.sample_screening import (
     SCREEN,
     beyond_limits,
     build_input_screen,
-    initial_plausibility_state,
+    initial_screen_state,
     is_plausible_first_sample,
     sample_limits_of,
 )
 from observers.quality.wrong_units_or_signs import suspicions_from_state
-from observers.tuning import NO_LIMIT, require_counts
+from observers.tuning import NO_LIMIT, require_positive_ints
 from symbolic import InvalidInputError
 
 AT_PSI, AT_AGE = (SCREEN.places[name][0].start for name in ("psi", "age"))
@@ -61,7 +61,7 @@ class Loop:
 
     def __init__(self, observer: Observer, history: int = 50) -> None:
         """Begin without a sample."""
-        require_counts(history=history)
+        require_positive_ints(history=history)
         self.observer = observer
         self.history = history
         self._limits = sample_limits_of(observer)
@@ -131,7 +131,7 @@ class Loop:
         psi, rate, age, state = before.psi, before.psi_dot, before.age + sample.dt, before.state
         psi_limit, rate_limit, *_ = self._limits
         starts = state is None and is_plausible_first_sample(self.observer, sample.psi, sample.F_N)
-        screen = initial_plausibility_state(sample.psi) if starts else before.screen
+        screen = initial_screen_state(sample.psi) if starts else before.screen
         passed = sample.psi if abs(sample.psi) < psi_limit else nan
         if screen is not None:
             screen = _compiled_input_screen(self._limits)(screen, sample)

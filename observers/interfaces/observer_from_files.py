@@ -77,7 +77,7 @@ def from_files(
     return kind(
         model=found.model,
         values=found.values_for_estimation(ground),
-        rig=found.rig_for_stiffness(geometry, tyre.k, ground),
+        rig=found.rig_with_k_tolerance(geometry, tyre.k, ground),
         **settings,
     )
 

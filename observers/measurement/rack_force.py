@@ -21,7 +21,7 @@ from observers.measurement.measurement_model import AligningTorque, Measurement,
 from observers.measurement.torque_error import is_known
 from symbolic import full_slide_arm
 from symbolic.vehicle.contact_about_kingpin import contact_growth_at_full_lock
-from symbolic.vehicle.mean_wheel import lever_growth_at_lock
+from symbolic.vehicle.mean_wheel import lever_and_contact_growth
 from symbolic.vehicle.steering import jacking_torque, lock_angle
 from symbolic.vehicle.vehicle import STD_PER_TOLERANCE, Vehicle
 
@@ -97,7 +97,7 @@ class RackForce(AligningTorque):
             jacking=share * abs(float(jacking_torque(vehicle, lock))) / sin(lock),
             damping=STD_PER_TOLERANCE * vehicle.tolerances.damping * vehicle.damping,
             growth=GROWTH * abs(contact_growth_at_full_lock(vehicle, brakes=held).torque),
-            inverse_lever_growth=lever_growth_at_lock(vehicle, brakes=held) / lock**2,
+            inverse_lever_growth=lever_and_contact_growth(vehicle, brakes=held) / lock**2,
             **chosen,
         )
 

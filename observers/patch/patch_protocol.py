@@ -47,7 +47,7 @@ class PatchModel(Hashable, Protocol):
 
     @property
     def full_slide(self) -> ca.Function:
-        """(memory, F_N, theta, geometry, rate) -> (mu_eff, M_slide), see `symbolic.full_slide`."""
+        """(memory, F_N, theta, geometry, rate) -> (mu_eff, M_slide), by `full_slide_friction`."""
 
     def memory_depends_on(self, coordinate: str) -> bool:
         """True where the memory depends on a parameter."""
@@ -75,7 +75,7 @@ def build_effective_friction(model: PatchModel) -> ca.Function:
     """(mu, mu_std, memory, F_N, theta, geometry, rate) -> (mu_eff, mu_eff_std, M_slide).
 
     memory (m,) after the sample, load [N] and parameters as of the model, theta at any mu; rate [rad/s]
-    is that of the full slide. See `symbolic.full_slide`.
+    is that of the full slide. See `symbolic.full_slide_friction`.
     """
     inputs = symbols(
         ca.MX, mu=1, mu_std=1, memory=model.memory_size, F_N=1, theta=len(model.coordinate_names),

@@ -6,7 +6,7 @@ from math import exp, hypot, log
 from observers.estimators.model_observer import ModelObserver
 from observers.planning.forecast import irreducible_mu_std, percent_text_beside_target
 from observers.planning.plan import Plan
-from observers.planning.steering_path import SteeringLimits
+from observers.planning.steering_limits_and_paths import SteeringLimits
 from observers.protocol import Estimate, Status
 
 VAGUE = 0.15
@@ -92,7 +92,7 @@ def time_limit_reason_text(
         over = f"{over}, within {plan.target:.1%} {lacks}"
     # A flag of the sensors goes first; that friction is being acquired is said better by the limits.
     is_flagged = estimate.status & ~(Status.ACQUIRING | Status.BOUND)
-    told = [over, estimate.remedy if is_flagged else "", held, planned_failure_text(plan, estimate)]
+    told = [over, estimate.remedy if is_flagged else "", held, unreached_friction_text(plan, estimate)]
     if not any(told[1:]):
         is_at_limit = farthest >= AT_LIMIT * limits.angle
         told += [
@@ -103,7 +103,7 @@ def time_limit_reason_text(
     return "; ".join(filter(None, told))
 
 
-def planned_failure_text(plan: Plan, estimate: Estimate) -> str:
+def unreached_friction_text(plan: Plan, estimate: Estimate) -> str:
     """What a plan said of the nearest likely friction that it does not reach; empty for none."""
     unreached = [mu for mu, at in zip(plan.mus, plan.reached, strict=True) if at is None]
     mu = estimate.mu_eff if estimate.mu_eff > 0 else estimate.mu

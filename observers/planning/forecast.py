@@ -23,7 +23,7 @@ from observers.estimators.step_terms import DRY_FRICTION
 from observers.layout import ObserverState
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.measurement_model import AligningTorque
-from observers.planning.steering_path import SteeringPath
+from observers.planning.steering_limits_and_paths import SteeringPath
 from observers.protocol import OUTPUT, SAMPLE, Sample
 from observers.quality.acquisition import OWN
 from observers.tuning import REFERENCE_STEP, mu_std_floor_by_cause
@@ -67,15 +67,15 @@ class Forecast:
 
     def first_within(self, target: float, most_torque: float = np.inf, first: int = 0) -> int | None:
         """First usable sample, from `first` on, within the target; none after too great a torque."""
-        good = np.flatnonzero(self.usable_deviations(most_torque)[first:] <= target)
+        good = np.flatnonzero(self.deviations_or_inf(most_torque)[first:] <= target)
         return first + int(good[0]) if good.size else None
 
     def least_deviation_index(self, most_torque: float = np.inf) -> int | None:
         """Sample with the least of these deviations; None where none is usable."""
-        least = self.usable_deviations(most_torque)
+        least = self.deviations_or_inf(most_torque)
         return int(np.argmin(least)) if np.isfinite(least).any() else None
 
-    def usable_deviations(self, most_torque: float) -> Array:
+    def deviations_or_inf(self, most_torque: float) -> Array:
         """Deviations, infinite where they are not usable or the torque has been too great."""
         allowed = np.arange(self.torque.size) < self.samples_within_torque_limit(most_torque)
         return np.where(self.usable & allowed, self.deviation, np.inf)
@@ -170,7 +170,7 @@ class Forecaster:
             parts.append(np.vstack([output, torque])[:, :count])
             yield self._forecast(np.hstack(parts))
 
-    def to_target(
+    def first_sample_at_target(
         self, path: SteeringPath, case: ForecastCase, F_N: float,
         target: float, most_torque: float, last: int, noise: Array | None = None, first: int = 0,
     ) -> tuple[int | None, float]:  # fmt: skip
@@ -183,7 +183,7 @@ class Forecaster:
             at = forecast.first_within(target, most_torque, first)
             if at is not None:
                 return at, float(forecast.deviation[at])
-            deviation = min(1.0, float(forecast.usable_deviations(most_torque).min()))
+            deviation = min(1.0, float(forecast.deviations_or_inf(most_torque).min()))
             newest = np.abs(forecast.torque[-SAMPLES_PER_CALL:]).max()
             if forecast.mu.size > last or newest > most_torque:
                 break
@@ -223,13 +223,13 @@ class NoisyForecaster:
         Quiet is one run without noise.
         """
         self.forecaster, self.F_N, self.target, self.most_torque = forecaster, F_N, target, most_torque
-        std = assumed_noise(forecaster.observer, F_N) * max(1.0, REFERENCE_STEP / dt) ** 0.5
+        std = assumed_torque_noise(forecaster.observer, F_N) * max(1.0, REFERENCE_STEP / dt) ** 0.5
         self.enough = ENOUGH
         self.noise = std * np.random.default_rng(SEED).standard_normal((RUNS, samples))
         if quiet:
             self.enough, self.noise = 1, np.zeros((1, samples))
 
-    def reaching_target(
+    def samples_at_target(
         self, path: SteeringPath, case: ForecastCase, last: int, *, every: bool = False
     ) -> list[int]:
         """Sorted samples, up to about the `last`, at which runs reach the target.
@@ -238,7 +238,7 @@ class NoisyForecaster:
         """
         reached: list[int] = []
         for i, noise in enumerate(self.noise):
-            at, _ = self.forecaster.to_target(
+            at, _ = self.forecaster.first_sample_at_target(
                 path, case, self.F_N, self.target, self.most_torque, last, noise
             )
             if at is not None:
@@ -247,22 +247,24 @@ class NoisyForecaster:
                 break
         return sorted(reached)
 
-    def to_target(self, path: SteeringPath, case: ForecastCase, last: int) -> tuple[int | None, float]:
+    def first_sample_at_target(
+        self, path: SteeringPath, case: ForecastCase, last: int
+    ) -> tuple[int | None, float]:
         """First sample at which enough runs have reached the target, and it is met without noise too.
 
         Else None. With it the deviation there; where too few runs reach the target, less than that, the
         less the more do.
         """
-        reached = self.reaching_target(path, case, last)
+        reached = self.samples_at_target(path, case, last)
         if len(reached) >= self.enough:
-            return self.forecaster.to_target(
+            return self.forecaster.first_sample_at_target(
                 path, case, self.F_N, self.target, self.most_torque, last,
                 first=reached[self.enough - 1],
             )  # fmt: skip
         return None, self.target * (1 - len(reached) / len(self.noise))
 
 
-def assumed_noise(observer: ModelObserver, F_N: float) -> float:
+def assumed_torque_noise(observer: ModelObserver, F_N: float) -> float:
     """White noise of the torque that a plan reckons with at a load [N], of a sample in 10 ms [N m]."""
     rig, slide = observer.rig, float(full_slide_torque(F_N, observer.rig.a))
     return min(observer.tuning.noise, MOST_NOISE) * slide if rig.noise is None else rig.noise

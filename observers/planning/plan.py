@@ -30,7 +30,7 @@ from observers.planning.forecast import (
     unreachable_target_text,
 )
 from observers.planning.plan_request_check import MUS, check_plan_request
-from observers.planning.steering_path import (
+from observers.planning.steering_limits_and_paths import (
     RAMP,
     SteeringLimits,
     SteeringPath,
@@ -134,7 +134,7 @@ def plan(
     for i, swing in enumerate(paths := swings_within_limits(limits, coarse=coarse)):
         progress("trying paths", i, len(paths))
         search.try_swing(swing)
-    return search.best()
+    return search.best_plan()
 
 
 class _PathSearch:
@@ -179,7 +179,7 @@ class _PathSearch:
                 return self.least[0]
             self.straight.add(swing.rate)
         missed: set[float] = set()
-        for reach in (self._forecast_until_target, self.noisy.to_target):
+        for reach in (self._forecast_until_target, self.noisy.first_sample_at_target):
             costs = []
             for case in [case for case in self.order if case.mu not in missed]:
                 bound = self.least[0]
@@ -208,7 +208,9 @@ class _PathSearch:
         self, path: SteeringPath, case: ForecastCase, last: int
     ) -> tuple[int | None, float]:
         """`Forecaster.reach` without noise."""
-        return self.forecaster.to_target(path, case, self.F_N, self.target, self.limits.torque, last)
+        return self.forecaster.first_sample_at_target(
+            path, case, self.F_N, self.target, self.limits.torque, last
+        )
 
     def cost_along_path(self, path: SteeringPath) -> Array:
         """The cost up to each sample."""
@@ -216,11 +218,13 @@ class _PathSearch:
             return np.maximum.accumulate(np.abs(path.psi - self.psi))
         return path.travel if self.objective == "travel" else path.t
 
-    def best(self) -> Plan:
+    def best_plan(self) -> Plan:
         """The plan of the best path, cut soon after the last ground is known, or where it must end."""
         path = self.path(self.found)
         whole = [self.forecaster.forecast_whole(path, case, self.F_N) for case in self.cases]
-        runs = [self.noisy.reaching_target(path, case, path.psi.size, every=True) for case in self.cases]
+        runs = [
+            self.noisy.samples_at_target(path, case, path.psi.size, every=True) for case in self.cases
+        ]
         enough = self.noisy.enough
         # The sigma/mu that is shown has no noise: it has to be within the target there too.
         reached = [

@@ -5,7 +5,7 @@ from math import inf
 
 from observers.estimators.model_observer import ModelObserver
 from observers.planning.forecast import unreachable_target_text
-from observers.planning.steering_path import SteeringLimits, swings_within_limits
+from observers.planning.steering_limits_and_paths import SteeringLimits, swings_within_limits
 from observers.tuning import NO_LIMIT
 from symbolic import InvalidInputError
 from symbolic.parameters import FRICTION

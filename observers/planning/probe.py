@@ -25,13 +25,19 @@ from observers.planning.advice import (
     VAGUE,
     Advice,
     irreducible_reason_text,
-    planned_failure_text,
     time_limit_reason_text,
+    unreached_friction_text,
 )
 from observers.planning.forecast import ForecastCase, Forecaster
 from observers.planning.plan import NEVER, REST, Plan, plan
 from observers.planning.plan_request_check import MUS, check_plan_request
-from observers.planning.steering_path import KINDS, PathPoint, SteeringLimits, SteeringPath, changed_path
+from observers.planning.steering_limits_and_paths import (
+    KINDS,
+    PathPoint,
+    SteeringLimits,
+    SteeringPath,
+    changed_path,
+)
 from observers.protocol import Estimate, Sample
 from observers.quality.acquisition import OVER, OWN
 from observers.quality.hypotheses_verdict import VERDICT
@@ -224,7 +230,7 @@ class Probe:
             return time_limit_reason_text(self._first, estimate, self.limits, self._farthest, within)
         if high - low >= MIN_SWING:
             return ""
-        return "; ".join(filter(None, (within, planned_failure_text(self._first, estimate))))
+        return "; ".join(filter(None, (within, unreached_friction_text(self._first, estimate))))
 
     def _replan(self, sample: Sample, state: ObserverState) -> None:
         """Take the best of the present path and a few changes of it."""
@@ -272,7 +278,7 @@ class Probe:
         cost, travel = 0.0, path.travel
         for case in cases:
             last = min(int(np.searchsorted(travel, best * len(cases) - cost)), self._horizon)
-            at, deviation = self._forecaster.to_target(
+            at, deviation = self._forecaster.first_sample_at_target(
                 path, case, F_N, self.target, self.limits.torque, last
             )
             cost += NEVER + deviation if at is None else float(travel[at])

@@ -8,7 +8,7 @@ from observers.compiled_step import compiled_stretch, first_sample, run_stretche
 from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.run import samples_and_first_index
 from observers.planning.forecast import Forecast, irreducible_mu_std
-from observers.planning.steering_path import SteeringPath
+from observers.planning.steering_limits_and_paths import SteeringPath
 from observers.protocol import OUTPUT, SAMPLE
 from observers.quality.acquisition import OWN
 from symbolic import InvalidInputError

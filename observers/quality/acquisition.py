@@ -33,7 +33,7 @@ from observers.quality.mu_over_k_hypotheses import (
     RATIOS,
     SETTINGS,
     build_hypotheses_update,
-    build_torque_error,
+    build_torque_error_variance,
     gear_friction_input_sizes,
     search_layout,
 )
@@ -116,7 +116,7 @@ def build_hypothesis_search_step(gear: bool = False) -> ca.Function:
     known = ca.logic_and(is_known(psi), is_known(M_z))
     torque = ca.if_else(known, M_z, 0)
     at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
-    size, _, _ = build_torque_error()(torque, F_N, tyre[1], 0, 0, 1, 0)
+    size, _, _ = build_torque_error_variance()(torque, F_N, tyre[1], 0, 0, 1, 0)
     was = named(TRACK, parts["track"])
     turned = (was["extreme"] - at) * was["direction"]
     # Within the angle's noise of the farthest angle, the wheel may or may not have turned back.
@@ -130,7 +130,7 @@ def build_hypothesis_search_step(gear: bool = False) -> ca.Function:
         parts["track"], parts["points"], at, torque, size, numbers["psi_noise"], counts
     )
     after = named(TRACK, track)
-    _, variance, noisy = build_torque_error()(
+    _, variance, noisy = build_torque_error_variance()(
         torque, F_N, tyre[1], added, after["reach"], share, numbers["error"]
     )
     variance = variance + sum((d[1] ** 2 / share for d in dry), ca.MX(0))
@@ -201,7 +201,7 @@ def build_acquisition_decision(
     covariances = {"log_mu_log_mu": variance, "M_0_M_0": verdict["var_zero"]}
     if gear:
         covariances |= _gear_handover_covariances(verdict, after["scale"], spread, doubtful)
-    results = _acquired_output(after, own, verdict, output, log_mu, variance, limits)
+    results = _acquisition_output(after, own, verdict, output, log_mu, variance, limits)
     outputs = {
         "own_next": vector_of(OWN, after),
         "handover": handover_vector(states, means, covariances),
@@ -230,7 +230,7 @@ def update_unexplained_count(doubt: Expression, share: Expression, wrong: Expres
     return ca.if_else(wrong, more, doubt * forgetting_factor(share, FORGIVING))
 
 
-def _acquired_output(
+def _acquisition_output(
     after: Parts, own: Parts, verdict: Parts, output: Parts, log_mu: Expression, variance: Expression,
     limits: Parts,
 ) -> Parts:  # fmt: skip

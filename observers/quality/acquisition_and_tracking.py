@@ -15,7 +15,7 @@ from typing import Any
 
 import casadi as ca
 
-from observers.layout import Expression, Layout, Parts, named, symbols_like, vector_of
+from observers.layout import Expression, Layout, Parts, named, symbols_of_inputs, vector_of
 from observers.measurement.measurement_model import (
     MAX_ZERO_DEVIATIONS,
     RIG,
@@ -158,7 +158,7 @@ def build_step_with_acquisition(
     The numbers of the declared patch that stands for the model are among the constants.
     """
     added_parts = supervision_layout(measurement_model)
-    inputs = symbols_like(step)
+    inputs = symbols_of_inputs(step)
     inputs["state"] = state = ca.MX.sym("state", parts.size + added_parts.size)
     before, now = added_parts.split(state[parts.size :]), named(SAMPLE, inputs["sample"])
     own = named(OWN, before["own"])
@@ -176,17 +176,17 @@ def build_step_with_acquisition(
     at_torque, at_sample = added_torques(model, measurement_model, parts, after, theta, psi)
     M_z, output[PREDICTED] = M_z - at_torque, output[PREDICTED] - at_sample
     M_z = ca.if_else(lifted, float("nan"), M_z)
-    zero_std = _zero_std(own["F_N"], rig, fields)
+    zero_std = _torque_zero_std(own["F_N"], rig, fields)
     psi = _patch_angle_behind_gaps(model, own, psi, M_z, added + zero_std**2, theta)
     tyre[1] = _half_length(model, own, newest_signals(measurement_model, parts, after), theta, rig)
     reset = has_flag(named(OUTPUT, output)["status"], Status.RESET)
     changed, tracked = ca.logic_or(reset, own["lost"]), own["acquiring"] == 0
     restarts, anew = ca.logic_and(changed, tracked), ca.logic_or(own["lost"], reset * tracked)
-    own["again"] = ca.if_else(restarts, _new_ground_flag(own), own["again"])
+    own["again"] = ca.if_else(restarts, _restart_reason(own), own["again"])
     limits = acquisition_settings(fields, patch.misfit, own["again"] > 0)
     searched = search_layout(gear := has_gear_friction(measurement_model))
     was = named(OUTPUT, parts.split(state[: parts.size])["output"])
-    ground = (_friction_rise_torque(reset, M_z, gear), was["M_slide"], tyre)
+    ground = (_torque_at_reset(reset, M_z, gear), was["M_slide"], tyre)
     zero = own["scale"] * newest_state(parts, measurement_model, after, "M_0")
     known = _search_restart_moments(own, before["verdict"], tracked, zero, zero_std, scaled)
     search = _restart_search_if(anew, searched.join(before), (*ground, *known), measurement_model)
@@ -210,7 +210,7 @@ def build_step_with_acquisition(
     return named_function(step.name(), inputs, outputs)
 
 
-def _zero_std(F_N: Expression, rig: Expression, tuning: Parts) -> Expression:
+def _torque_zero_std(F_N: Expression, rig: Expression, tuning: Parts) -> Expression:
     """Standard deviation of the torque's zero at this load [N m]."""
     slide, declared = full_slide_torque(F_N, rig[0]), named(RIG, rig)["zero_std"]
     return slide * share_of_full_slide(declared, slide, tuning["zero_std"])
@@ -257,12 +257,12 @@ def _restart_search_if(
     )
 
 
-def _new_ground_flag(own: Parts) -> Expression:
+def _restart_reason(own: Parts) -> Expression:
     """`again` of a new ground: a model that has failed for long is wrong, whatever the ground."""
     return ca.if_else(ca.logic_and(own["confirmed"], own["doubt"] < FAILED_FOR_LONG), 1, FAILED)
 
 
-def _friction_rise_torque(reset: Expression, M_z: Expression, gear: bool) -> Expression:
+def _torque_at_reset(reset: Expression, M_z: Expression, gear: bool) -> Expression:
     """The torque that may tell a rise of friction [N m]; 0 for none, as beside a gear's friction."""
     return ca.if_else(ca.logic_and(reset, is_known(M_z)), M_z, 0) * (not gear)
 

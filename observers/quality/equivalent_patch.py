@@ -28,7 +28,7 @@ from symbolic.bristle_patch import BristlePatch
 from symbolic.casadi_functions import named_function
 from symbolic.effects.base import Effect, Signals
 from symbolic.elements_in_series import series_deflection
-from symbolic.full_slide import friction_factor_and_torque
+from symbolic.full_slide_friction import effect_factor_and_torque
 from symbolic.model import add_effect_torques
 from symbolic.patch_interface import patch_inputs
 
@@ -81,7 +81,8 @@ def build_equivalent_contact(model: Model) -> ca.Function | None:
 
     (signals, theta, geometry) -> (loads, half_length): loads (2,) [N] make the friction of mu that of
     the present rate and that of rest; half-length [m]. Friction is that of a steady full slide, see
-    `symbolic.full_slide`, without what effects count up. None where neither rate nor load matters.
+    `symbolic.full_slide_friction`, without what effects count up. None where neither rate nor load
+    matters.
     """
     inputs = symbols(
         ca.MX, signals=len(SIGNALS), theta=len(model.coordinate_names), geometry=len(GEOMETRY)
@@ -91,7 +92,7 @@ def build_equivalent_contact(model: Model) -> ca.Function | None:
     patch, F_N, half_length = model.patch(theta), given["F_N"], geometry[0]
     effects, (_, _, counted) = (
         model.values_by_effect(theta),
-        model.split_memory(ca.MX.zeros(model.memory_size)),
+        model.split_angle_patch_effects(ca.MX.zeros(model.memory_size)),
     )
     bristles, creeps = None, False
     if isinstance(patch, BristlePatch):
@@ -103,7 +104,7 @@ def build_equivalent_contact(model: Model) -> ca.Function | None:
 
     def friction(rate: Expression) -> Expression:
         sides = [Signals(psi=0, psi_dot=side, F_N=F_N, dt=1) for side in (rate, -rate)]
-        factor = sum(friction_factor_and_torque(effects, counted, side)[0] for side in sides) / 2
+        factor = sum(effect_factor_and_torque(effects, counted, side)[0] for side in sides) / 2
         if bristles is None:
             return factor
         contact, values_at = ca.vertcat(half_length, geometry[1]), vector_of(model.coordinate_names, at)

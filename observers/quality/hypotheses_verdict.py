@@ -13,9 +13,9 @@ from observers.quality.mu_over_k_hypotheses import (
     MAX_MODEL_ERROR,
     RATIOS,
     SETTINGS,
-    entry_name,
     hypothesis_fields,
     hypothesis_variance,
+    udu_entry_name,
 )
 from symbolic.casadi_functions import named_function
 
@@ -167,10 +167,12 @@ def build_hypotheses_verdict(gear: bool = False) -> ca.Function:
     log_mu, var_log_mu = declared.moments(partial(_log_mu_moments, stiffness), declared.at_mode("grid"))
     log_ratio, _ = declared.moments(lambda of: (of["grid"], 0), declared.at_mode("grid"))
     level, var_level, covariances = ca.MX(0), ca.MX(0), [ca.MX(0)] * 3
-    zero, var_zero = declared.moments(partial(_beside_gain, "zero", stiffness), declared.at_mode("zero"))
+    zero, var_zero = declared.moments(
+        partial(_moments_of_unknown, "zero", stiffness), declared.at_mode("zero")
+    )
     if gear:
         level, var_level = declared.moments(
-            partial(_beside_gain, "gear", stiffness), declared.at_mode("gear")
+            partial(_moments_of_unknown, "gear", stiffness), declared.at_mode("gear")
         )
         covariances = [
             declared.covariance(partial(_joint_moments, *of, stiffness), *map(declared.at_mode, near))[2]
@@ -214,10 +216,10 @@ def _log_mu_moments(stiffness_variance: Expression, hypotheses: Parts) -> tuple[
     return hypotheses["grid"] + ca.log(gain), variance / gain**2
 
 
-def _beside_gain(name: str, stiffness: Expression, parts: Parts) -> tuple[Expression, Expression]:
+def _moments_of_unknown(name: str, stiffness: Expression, parts: Parts) -> tuple[Expression, Expression]:
     """Mean and variance of an unknown beside s."""
     gain, variance = _gain_moments(stiffness, parts)
-    slope = parts[entry_name(name, "gain")]
+    slope = parts[udu_entry_name(name, "gain")]
     value = parts[name] + slope * (gain - parts["gain"])
     return value, hypothesis_variance(parts, name, given=("gain",)) + slope**2 * variance
 
@@ -227,14 +229,14 @@ def _joint_moments(
 ) -> tuple[Expression, Expression, Expression]:
     """Means of two of ln mu, M_0 and the gear, in this order, and their covariance."""
     gain, variance = _gain_moments(stiffness, parts)
-    last = _beside_gain(other, stiffness, parts)[0]
-    by_gain = parts[entry_name(other, "gain")] * variance
+    last = _moments_of_unknown(other, stiffness, parts)[0]
+    by_gain = parts[udu_entry_name(other, "gain")] * variance
     if one == "log_mu":
         return _log_mu_moments(stiffness, parts)[0], last, by_gain / gain
     # The gear comes before M_0 in the factor.
-    given = parts[entry_name(other, one)] * parts[entry_name(one, one)]
-    first = _beside_gain(one, stiffness, parts)[0]
-    return first, last, given + by_gain * parts[entry_name(one, "gain")]
+    given = parts[udu_entry_name(other, one)] * parts[udu_entry_name(one, one)]
+    first = _moments_of_unknown(one, stiffness, parts)[0]
+    return first, last, given + by_gain * parts[udu_entry_name(one, "gain")]
 
 
 def _log_gain_moments(parts: Parts) -> tuple[Expression, Expression]:
@@ -243,7 +245,7 @@ def _log_gain_moments(parts: Parts) -> tuple[Expression, Expression]:
     return ca.log(gain), ca.fmin(parts["D_gain"] / gain**2, 2)
 
 
-def log_scale_variance(verdict: Parts, stiffness_std: Expression) -> Expression:
+def log_torque_scale_variance(verdict: Parts, stiffness_std: Expression) -> Expression:
     """Variance of ln s from the torque and from the tolerances together [1]."""
     variance, spread = verdict["var_log_gain"], stiffness_std**2
     return variance * spread / (variance + spread)
@@ -261,7 +263,7 @@ def build_mu_std_from_torque_scale(found: bool, gain_share: float) -> ca.Functio
     inputs = symbols(ca.SX, verdict=len(VERDICT), limits=len(SETTINGS))
     verdict = named(VERDICT, inputs["verdict"])
     stiffness_std = named(SETTINGS, inputs["limits"])["stiffness_std"]
-    value, variance = ca.fabs(verdict["log_gain"]), log_scale_variance(verdict, stiffness_std)
+    value, variance = ca.fabs(verdict["log_gain"]), log_torque_scale_variance(verdict, stiffness_std)
     off = ca.sqrt(value**2 + variance + (0 if found else value * ca.sqrt(variance)))
     free = FOUND_GAIN_FREE if found else GAIN_FREE
     excess = gain_share * ca.fmax(0, ca.exp(off) - 1 - free * stiffness_std)

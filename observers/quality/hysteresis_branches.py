@@ -253,7 +253,7 @@ def relative_mu_sensitivity(
     return ca.fmin(ca.fmax(by_mu / moment, MIN_SENSITIVITY), 1)
 
 
-def torque_by_log_stiffness(
+def torque_slope_by_log_k(
     turn: Expression, mu: Expression, F_N: Expression, tyre: Expression
 ) -> Expression:
     """Derivative by ln k of a branch's torque [N m], whose turn is twice that of a virgin one [rad].

@@ -3,12 +3,12 @@
 import casadi as ca
 
 from observers.layout import Expression, Parts, named
-from observers.measurement.steering_torque import BLOCK_TIME
+from observers.measurement.steering_torque_as_input import BLOCK_TIME
 from observers.measurement.torque_error import is_known
 from observers.quality.acquisition import EquivalentPatch
-from observers.quality.hypotheses_verdict import VERDICT, log_scale_variance
-from observers.quality.hysteresis_branches import torque_by_log_stiffness
-from observers.quality.mu_over_k_hypotheses import NOISIER, SETTINGS, build_torque_error
+from observers.quality.hypotheses_verdict import VERDICT, log_torque_scale_variance
+from observers.quality.hysteresis_branches import torque_slope_by_log_k
+from observers.quality.mu_over_k_hypotheses import NOISIER, SETTINGS, build_torque_error_variance
 
 BEYOND, IN_A_ROW = 2.5, 5
 """Deviations, beyond what k makes, by which a torque computed from the steering torque differs from the
@@ -46,13 +46,13 @@ def torque_variance_from_stiffness(
     if not scaled:
         std = ca.sqrt(std**2 + verdict["log_gain"] ** 2)
     elif not patch.misfit:
-        std = ca.sqrt(log_scale_variance(verdict, std))
+        std = ca.sqrt(log_torque_scale_variance(verdict, std))
     mu = output["mu"] * inputs["friction"]
-    by_k = torque_by_log_stiffness(inputs["turn"] / 2, mu, own["load"], inputs["tyre"])
+    by_k = torque_slope_by_log_k(inputs["turn"] / 2, mu, own["load"], inputs["tyre"])
     return (std * by_k) ** 2
 
 
-def range_of_predictions(own: Parts, predicted: Expression) -> tuple[Expression, Expression]:
+def predicted_torque_range(own: Parts, predicted: Expression) -> tuple[Expression, Expression]:
     """Least and greatest torque that was predicted at the last two that were computed and since [N m].
 
     A computed torque is of the time between those two.
@@ -61,14 +61,14 @@ def range_of_predictions(own: Parts, predicted: Expression) -> tuple[Expression,
     return ca.fmin(predicted, ca.fmin(*before)), ca.fmax(predicted, ca.fmax(*before))
 
 
-def smoothed_innovation(
+def smoothed_innovation_test(
     inputs: Parts, own: Parts, output: Parts, by_k: Expression,
     predictions: tuple[Expression, Expression] | None = None,
 ) -> tuple[Expression, Expression, Expression]:  # fmt: skip
     """The smoothed innovation, whether it is more than is explained, and whether it is clear.
 
     It is in N m. Of a torque that is computed, which is known now and then, it is in deviations, and
-    those count whose `range_of_predictions` is narrower than one.
+    those count whose `predicted_torque_range` is narrower than one.
     """
     known = is_known(inputs["M_z"])
     interval = inputs["interval"] + (predictions is not None) * BLOCK_TIME
@@ -78,7 +78,9 @@ def smoothed_innovation(
     )
     slide, error = output["M_slide"] * own["scale"], named(SETTINGS, inputs["limits"])["error"]
     a = inputs["tyre"][1]
-    _, variance, noisy = build_torque_error()(0, own["F_N"], a, inputs["added"], slide, 1, error)
+    _, variance, noisy = build_torque_error_variance()(
+        0, own["F_N"], a, inputs["added"], slide, 1, error
+    )
     most, innovation = SPIKE * ca.sqrt(variance + by_k), innovation_of(inputs, own, output)
     if predictions is not None:
         low, high = predictions
@@ -103,12 +105,12 @@ def update_deviation_streak(
     inputs: Parts, own: Parts, predicted: Expression, by_k: Expression, error: Expression
 ) -> Parts:
     """Torques in a row, up to now, that differ from the predicted one [N m] by more than `BEYOND`."""
-    known, (low, high) = is_known(inputs["M_z"]), range_of_predictions(own, predicted)
+    known, (low, high) = is_known(inputs["M_z"]), predicted_torque_range(own, predicted)
     M_z = ca.if_else(known, inputs["M_z"], predicted)
     away = ca.fmax(ca.fmax(M_z - high, low - M_z), 0)
     reach = ca.fmax(ca.fabs(M_z), ca.fabs(predicted))
     a = inputs["tyre"][1]
-    _, variance, _ = build_torque_error()(M_z, own["F_N"], a, inputs["added"], reach, 1, error)
+    _, variance, _ = build_torque_error_variance()(M_z, own["F_N"], a, inputs["added"], reach, 1, error)
     streak = ca.if_else(away**2 > BEYOND**2 * (variance + by_k), own["streak"] + 1, 0)
     after = {"streak": streak, "predicted": predicted, "predicted_before": own["predicted"]}
     return {name: ca.if_else(known, value, own[name]) for name, value in after.items()}

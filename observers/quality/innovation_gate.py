@@ -3,7 +3,7 @@
 An innovation beyond the gate is rejected. After `Tuning.reset_after` in a row, all to one side, the
 ground has changed: the variance that two grounds differ by is added to that of ln mu, and the samples
 are accepted. What stays within the gate is watched by `observers.quality.innovation_alarms`, and
-friction by direction by `observers.quality.friction_change_detection`.
+friction by direction by `observers.quality.friction_change_by_stroke`.
 
 Source: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001),
 section 5.4 for the test of the innovation; Huber, Robust Statistics (1981), for the loss.
@@ -13,12 +13,12 @@ from functools import cache
 
 import casadi as ca
 
-from observers.layout import Expression, Parts, named, outputs_of, symbols, symbols_like
+from observers.layout import Expression, Parts, named, outputs_of, symbols, symbols_of_inputs
 from observers.measurement.directional_friction import EXCHANGED, OTHER
 from observers.measurement.linearisation import build_linearised_measurement, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.measurement.torque_error import JITTER
-from observers.quality.friction_change_detection import (
+from observers.quality.friction_change_by_stroke import (
     AT_REST,
     STROKE_CHANGE,
     change_monitor_fields,
@@ -78,7 +78,7 @@ def build_innovation_test(measurement_model: MeasurementModel) -> ca.Function:
     """
     measurement = build_linearised_measurement(measurement_model)
     n = len(measurement_model.states)
-    given = symbols_like(measurement)
+    given = symbols_of_inputs(measurement)
     x, M_z, slopes, now, rig, tuning = given.values()
     inputs = {"x": x, **symbols(ca.MX, P=(n, n)), "M_z": M_z, "slopes": slopes, "now": now}
     size = len(change_monitor_fields(measurement_model))

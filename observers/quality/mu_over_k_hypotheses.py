@@ -71,7 +71,7 @@ def hypothesis_states(gear: bool) -> tuple[str, ...]:
     return ("twist", *(("gear",) if gear else ()), "zero", "gain")
 
 
-def entry_name(one: str, other: str) -> str:
+def udu_entry_name(one: str, other: str) -> str:
     """Name of an entry of the factor U D U' of the covariance of a hypothesis."""
     return f"D_{one}" if one == other else f"U_{one}_{other}"
 
@@ -83,8 +83,8 @@ def hypothesis_variance(
     order = hypothesis_states(gear="gear" in parts)
     others = [other for other in order[order.index(name) + 1 :] if other not in given]
     return sum(
-        (parts[entry_name(name, o)] ** 2 * parts[entry_name(o, o)] for o in others),
-        parts[entry_name(name, name)],
+        (parts[udu_entry_name(name, o)] ** 2 * parts[udu_entry_name(o, o)] for o in others),
+        parts[udu_entry_name(name, name)],
     )
 
 
@@ -95,7 +95,12 @@ def hypothesis_fields(gear: bool) -> tuple[str, ...]:
     and the torque that the twist may make [N m].
     """
     pairs = combinations_with_replacement(hypothesis_states(gear), 2)
-    return ("log_likelihood", *hypothesis_states(gear), *(entry_name(*pair) for pair in pairs), "left")
+    return (
+        "log_likelihood",
+        *hypothesis_states(gear),
+        *(udu_entry_name(*pair) for pair in pairs),
+        "left",
+    )
 
 
 @cache
@@ -164,7 +169,7 @@ def build_hypothesis_search_restart(gear: bool = False) -> ca.Function:
 
 
 @cache
-def build_torque_error() -> ca.Function:
+def build_torque_error_variance() -> ca.Function:
     """Size of a torque less its noise, variance of its error, and the squares that noise explains.
 
     M_z and the greatest torque so far, reach, are in N m, the load in N, a in m, the variance added of
@@ -201,7 +206,7 @@ def build_one_hypothesis_update(gear: bool = False) -> ca.Function:
         inputs["dry"] = by["gear"] = ca.SX.sym("dry")
     H, mean, factor = vector_of(order, by), vector_of(order, was), ca.SX.zeros(len(order), len(order))
     for (i, one), (j, other) in combinations_with_replacement(enumerate(order), 2):
-        factor[i, j] = was[entry_name(one, other)] / (older if i == j else 1)
+        factor[i, j] = was[udu_entry_name(one, other)] / (older if i == j else 1)
     f = (ca.triu(factor, False) + ca.SX.eye(len(order))).T @ H
     spread = ca.dot(f, ca.diag(factor) * f)
     innovation = measured - ca.dot(mean, H)
@@ -214,7 +219,7 @@ def build_one_hypothesis_update(gear: bool = False) -> ca.Function:
     log_likelihood = older * was["log_likelihood"] - cost + ca.log(share_left * variance) / 2
     after = {"log_likelihood": log_likelihood, **named(order, mean + K * innovation)}
     for (i, one), (j, other) in combinations_with_replacement(enumerate(order), 2):
-        after[entry_name(one, other)] = factor[i, j]
+        after[udu_entry_name(one, other)] = factor[i, j]
     after["D_gain"] = ca.fmax(after["D_gain"], 1e-9)
     # A twist that moves the torque no longer would be forgotten without a limit, the zero with it.
     after["D_twist"] = ca.fmin(after["D_twist"], TWIST_STD**2)

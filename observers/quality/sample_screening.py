@@ -83,7 +83,7 @@ def _screen_angle(before: Parts, now: Parts, limit: Parts) -> tuple[Parts, Expre
     return after, used
 
 
-def initial_plausibility_state(psi: float) -> Array:
+def initial_screen_state(psi: float) -> Array:
     """The state of the check at the first sample, whose angle is psi [rad]."""
     start = np.zeros(SCREEN.size)
     start[SCREEN.places["psi"][0]], start[SCREEN.places["waiting"][0]] = psi, -1.0
@@ -142,7 +142,7 @@ def with_flag(status: Expression, flag: Status, holds: Expression) -> Expression
 def plausible_angles(samples: Array, limits: tuple[float, ...]) -> Array:
     """The angles that pass, (n,) [rad], NaN for others, of samples (6, n) from a usable one on."""
     stretch = compiled_stretch(build_input_screen())
-    start = initial_plausibility_state(samples[0, 0])
+    start = initial_screen_state(samples[0, 0])
     states = run_stretches(stretch, start, samples, np.array(limits), result=0)
     psi, age = (states[SCREEN.places[name][0]].ravel() for name in ("psi", "age"))
     return np.where(age == 0, psi, np.nan)

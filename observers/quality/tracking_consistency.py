@@ -28,8 +28,8 @@ from observers.quality.innovation_alarms import FORGETTING_SAMPLES, MAX_NORMALIS
 from observers.quality.innovation_attribution import (
     IN_A_ROW,
     innovation_of,
-    range_of_predictions,
-    smoothed_innovation,
+    predicted_torque_range,
+    smoothed_innovation_test,
     torque_variance_from_stiffness,
     update_deviation_streak,
 )
@@ -83,8 +83,8 @@ def build_tracking_consistency(
         nis = nis * square / (square + by_k * nis)
     predicted = output["M_z_predicted"] * own["scale"] + named(VERDICT, inputs["verdict"])["zero"]
     if not gear:
-        predictions = range_of_predictions(own, predicted) if is_computed else None
-        own["lasting"], lasts, clear = smoothed_innovation(inputs, own, output, by_k, predictions)
+        predictions = predicted_torque_range(own, predicted) if is_computed else None
+        own["lasting"], lasts, clear = smoothed_innovation_test(inputs, own, output, by_k, predictions)
     squares = older * own["squares"] + share * ca.if_else(known, ca.fmin(nis, MAX_NORMALISED_SQUARE), 0)
     weight = older * own["weight"] + share
     much = (weight >= MIN_SAMPLES) * (squares > EXCESS * limits["explained"] * weight)
@@ -103,7 +103,7 @@ def build_tracking_consistency(
     status = with_flag(output["status"], Status.INCONSISTENT, doubted)
     # These flags no estimator sets, and an alarm ends tracking before this.
     status += int(Status.ACQUIRING) * early + int(Status.RESET) * changed
-    result = vector_of(OUTPUT, _tracked_output(own, output, status, limits))
+    result = vector_of(OUTPUT, _tracking_output(own, output, status, limits))
     confirmed = _update_confirmed(own, weight, doubt, wrong, clear, gear=gear)
     over = ca.logic_or(own["phase"] == OVER, ca.logic_or(confirmed >= 2, doubted))
     phase = ca.if_else(over, OVER, ca.if_else(own["phase"] == 1, 0, inputs["counted"]))
@@ -127,7 +127,7 @@ def _update_confirmed(
     return confirmed + proven * (not gear)
 
 
-def _tracked_output(own: Parts, output: Parts, status: Expression, limits: Parts) -> Parts:
+def _tracking_output(own: Parts, output: Parts, status: Expression, limits: Parts) -> Parts:
     """The output in torques as they were measured, its band with what the scale may be off by."""
     results = {name: output[name] * own["scale"] for name in SCALED}
     mu = ca.fmax(limits["least"], ca.fmin(limits["greatest"], results["mu"]))

@@ -1,8 +1,8 @@
 """Which input looks wrong by its unit, its sign or its sensor: evidence gathered sample by sample.
 
-What is suspected, and why, say `flags_by_message` and `suspicions_from_state`. A few odd samples, as a
-faulty sensor has them, are no evidence. What is suspected stays suspected. The check is part of the step
-of every observer, in Python and in C; the status has `Status.SUSPECT`.
+What is suspected, and why, say `suspected_by_message` and `suspicions_from_state`. A few odd samples, as
+a faulty sensor has them, are no evidence. What is suspected stays suspected. The check is part of the
+step of every observer, in Python and in C; the status has `Status.SUSPECT`.
 """
 
 import math
@@ -128,12 +128,12 @@ def build_implausibility_evidence(torque_channel: str) -> ca.Function:
         "frozen_travel": turned,
         "clipped": ca.logic_or(was["clipped"], clipped),
     }
-    suspect = reduce(ca.logic_or, flags_by_message(after, torque_channel).values(), ca.SX(0))
+    suspect = reduce(ca.logic_or, suspected_by_message(after, torque_channel).values(), ca.SX(0))
     outputs = {"evidence_next": vector_of(EVIDENCE.places, after), "suspect": suspect}
     return named_function("evidence", inputs, outputs, cse=True)
 
 
-def flags_by_message(evidence: Parts, channel: str) -> dict[str, Expression]:
+def suspected_by_message(evidence: Parts, channel: str) -> dict[str, Expression]:
     """Each cause in a sentence that says what to do, and whether it is suspected of this torque."""
     light = evidence["load"] < MIN_WHEEL_LOAD
     beyond = evidence["friction"] >= IN_A_ROW
@@ -181,7 +181,7 @@ def suspicions_from_state(state: Any, channel: str) -> tuple[str, ...]:
 
 def _suspected_cause_texts(evidence: Array, channel: str) -> tuple[str, ...]:
     values = {name: float(evidence[at][0]) for name, (at, _) in EVIDENCE.places.items()}
-    return tuple(text for text, holds in flags_by_message(values, channel).items() if holds)
+    return tuple(text for text, holds in suspected_by_message(values, channel).items() if holds)
 
 
 def suspicions_of(samples: Iterable[Sample], rig: Rig, channel: str) -> tuple[str, ...]:

@@ -118,7 +118,7 @@ class RootObserver:
         Raises:
             InvalidInputError: the state is that of another observer, or NaN.
         """
-        state = self._with_inputs(_require_valid_state(state), sample)
+        state = self._state_at_sample(_require_valid_state(state), sample)
         if not (isfinite(state.rest) and isfinite(state.F_N)):
             return replace(state, M_z_predicted=nan, solved=False)
         torque = zone_torque_curve(
@@ -160,7 +160,7 @@ class RootObserver:
             status=state.status,
         )
 
-    def _with_inputs(self, state: ZoneRootState, sample: Sample) -> ZoneRootState:
+    def _state_at_sample(self, state: ZoneRootState, sample: Sample) -> ZoneRootState:
         """Angle, load and zones at the sample, and what is missing from it."""
         status = Status.USED if abs(sample.M_z) < SENSIBLE else Status.MISSING
         psi, F_N, rest, zones = state.psi, state.F_N, state.rest, state.zones

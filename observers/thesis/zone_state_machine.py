@@ -160,8 +160,8 @@ def _zones_in_memory(angles: Iterable[float], least_turn: float) -> list[int]:
             farthest = angle
         elif abs(angle - farthest) > least_turn:
             memory, farthest = memory.with_new_point(farthest, 0.0), angle
-        while (farthest - memory.closing_angle) * (farthest - memory.psi[-1]) > 0:
+        while (farthest - memory.loop_closing_angle) * (farthest - memory.psi[-1]) > 0:
             # The curve goes on as if the last loop, or the first reversal, had never been.
             memory = memory.without_closed_loop()
-        zones.append(memory.zones)
+        zones.append(memory.zone_count)
     return zones

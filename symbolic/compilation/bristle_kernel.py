@@ -91,7 +91,7 @@ def kernel_source(model: Model) -> str:
         else c_function(name, function, "double")
         for name, function in functions.items()
     )
-    stresses = patch.size // patch.bristle_count
+    stresses = patch.memory_size // patch.bristle_count
     by_input = [f"stress_by[{s} * BRISTLES + i]" for s in range(stresses)]
     by_input += ["turn_by", "lever_by", "limit_by", *(f"shared_by[{i}]" for i in range(SHARED))]
     return (

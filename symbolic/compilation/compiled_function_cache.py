@@ -19,7 +19,7 @@ from symbolic.compilation.cache_folder import private_cache, reason_for_distrust
 from symbolic.compilation.operating_system import COMPILERS, LIBRARY_SUFFIX, cpuinfo_value
 from symbolic.compilation.self_cleaning_folder import temporary_folder
 from symbolic.compilation.toolchain import compiler_command, found_compiler, run_compiler
-from symbolic.errors import one_line
+from symbolic.errors import cut_to_one_line
 
 _LOG = logging.getLogger(__name__)
 Loaded = TypeVar("Loaded")
@@ -78,7 +78,7 @@ def compiled(function: ca.Function, *, vectorised: bool = False) -> ca.Function:
     command = compiler()
     if command is None:
         if not os.environ.get("BRUSHGRIP_INTERPRET"):
-            _warn_once(
+            _warn_not_compiled(
                 "",
                 f"no C compiler is found ({', '.join(('CC', *COMPILERS))}): models are interpreted,"
                 " which is slow; BRUSHGRIP_INTERPRET=1 says that this is meant",
@@ -93,13 +93,13 @@ def compiled(function: ca.Function, *, vectorised: bool = False) -> ca.Function:
     try:
         return _load_or_build_library(function.name(), generator.dump(), command, flags, load)
     except (OSError, subprocess.SubprocessError, RuntimeError) as error:
-        reason = one_line(str(error).partition("\n")[0])
+        reason = cut_to_one_line(str(error).partition("\n")[0])
         line = f"models are not compiled ({reason}), and interpreted instead, which is slow"
-        _warn_once(command, line)
+        _warn_not_compiled(command, line)
         return function
 
 
-def _warn_once(command: str, line: str) -> None:
+def _warn_not_compiled(command: str, line: str) -> None:
     if command not in _WARNED:
         _WARNED.add(command)
         _LOG.warning("brushgrip: %s", line)

@@ -11,7 +11,7 @@ from typing import Any
 import casadi as ca
 
 from symbolic.bristle_patch import BristlePatch
-from symbolic.bristle_slip import log_speed_search, slip_at_log_speed
+from symbolic.bristle_slip import log_speed_search, solver_outputs_at_log_speed
 from symbolic.casadi_functions import named_function
 from symbolic.elements_in_series import build_linear_patch_balance
 from symbolic.model import (
@@ -147,7 +147,7 @@ def _bristle_step_expressions(
 
     # The traits say which laws there are; their numbers are among the coefficients.
     one = BristleAtPlace(traits=bristle_patch_of(model).traits, place=(0, 0, 0), solver=solve)
-    stresses = {f"stress_{s}": ca.SX.sym(f"stress_{s}") for s in range(one.size)}
+    stresses = {f"stress_{s}": ca.SX.sym(f"stress_{s}") for s in range(one.memory_size)}
     rest = {name: ca.SX.sym(name) for name in ("turn", "lever", "limit")}
     shared = ca.SX.sym("shared", SHARED)
     # The step does not need the moment.
@@ -166,7 +166,7 @@ def bristle_step_functions(model: Model) -> Functions:
         given = {**inputs, "found": found}
         log_speed = ca.SX.sym("log_speed")
         sought = log_speed_search(1, 2).expand()(*searched)
-        results = ca.vertcat(*slip_at_log_speed(1).expand()(*searched, log_speed))
+        results = ca.vertcat(*solver_outputs_at_log_speed(1).expand()(*searched, log_speed))
         functions["seek"] = _dense_function("seek", inputs, {"log_speed": sought})
         functions["find"] = _dense_function(
             "find", {**inputs, "log_speed": log_speed}, {"found": results}

@@ -241,7 +241,7 @@ class Effect:
         return 0
 
 
-class Composition(Hashable, Protocol):
+class ModelProtocol(Hashable, Protocol):
     """Members of `symbolic.Model` that an effect needs."""
 
     @property
@@ -257,7 +257,9 @@ class Composition(Hashable, Protocol):
     def values_by_effect(self, theta: Expression) -> Sequence[tuple[Effect, Values]]:
         """Each effect with its parameters."""
 
-    def split_memory(self, memory: Expression) -> tuple[Expression, Expression, list[Expression]]:
+    def split_angle_patch_effects(
+        self, memory: Expression
+    ) -> tuple[Expression, Expression, list[Expression]]:
         """Patch angle, patch memory, and each effect's own memory."""
 
 

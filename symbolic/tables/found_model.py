@@ -136,7 +136,7 @@ class FoundModel:
         if self.k_std is not None and not 0 <= self.k_std < math.inf:
             raise InvalidInputError(f"k_std must be a finite number of at least 0, got {self.k_std}")
 
-    def rig_for_stiffness(self, rig: Rig, declared: float, ground: str | None = None) -> Rig:
+    def rig_with_k_tolerance(self, rig: Rig, declared: float, ground: str | None = None) -> Rig:
         """The rig with the tolerance of this model's k: that of the declared k is of another number.
 
         It is as wide as the diagnosis knows k. What k is off by may be the tyre or the torque's scale:

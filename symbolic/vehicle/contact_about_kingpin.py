@@ -70,7 +70,7 @@ class Contact:
 
 
 @dataclass(frozen=True)
-class ContactGrowthWithAngle:
+class TorqueAndStiffnessGrowth:
     """Growth of torque and stiffness with the square of the sine of the angle [1]."""
 
     torque: float
@@ -114,7 +114,7 @@ def contact_offset_from_kingpin(vehicle: Vehicle, psi: float, side: int) -> tupl
 
 
 @cache
-def contact_growth_at_full_lock(vehicle: Vehicle, *, brakes: bool) -> ContactGrowthWithAngle:
+def contact_growth_at_full_lock(vehicle: Vehicle, *, brakes: bool) -> TorqueAndStiffnessGrowth:
     """Growth of the contacts' torque and stiffness at full lock, as means of both wheels."""
     straight, lock = Contact.from_vehicle(vehicle, brakes=brakes), lock_angle(vehicle)
     points = [contact_offset_from_kingpin(vehicle, lock, side) for side in (1, -1)]
@@ -123,4 +123,4 @@ def contact_growth_at_full_lock(vehicle: Vehicle, *, brakes: bool) -> ContactGro
     squared = sin(lock) ** 2
     arm = sum(each.slide_arm for each in both) / 2 / straight.slide_arm
     stiffness = sum(each.stiffness for each in both) / 2 / straight.stiffness
-    return ContactGrowthWithAngle(torque=(arm - 1) / squared, stiffness=(stiffness - 1) / squared)
+    return TorqueAndStiffnessGrowth(torque=(arm - 1) / squared, stiffness=(stiffness - 1) / squared)

@@ -74,14 +74,14 @@ def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
     k /= unit_corner_moment(0.0, a, OFFSET * a)
     # The lever turns force into torque, and way into angle, so that it counts twice for the stiffness.
     by_contact = hypot(
-        *_tolerance_parts("stiffness", contact, tolerances).values(), 2 * tolerances.geometry
+        *_tolerance_by_dimension("stiffness", contact, tolerances).values(), 2 * tolerances.geometry
     )
     # Under another load than that at which it was measured, k may be as it was, or go with 1/load.
-    beside = vehicle.relative_load_change if calibrated else by_contact
+    beside = vehicle.load_change_since_slide if calibrated else by_contact
     k_share = hypot(tolerances.stiffness, beside)
     # A stiffness that was measured has rods and suspension in it.
     k_std = hypot(STD_PER_TOLERANCE * k_share, 0.0 if calibrated else COMPLIANCE_SPREAD)
-    uncertain = friction_uncertainties(vehicle, brakes=held)
+    uncertain = mu_std_by_cause(vehicle, brakes=held)
     load = uncertain.pop("front_axle_load")
     half_lever = vehicle.steering_arm / 2
     of_gear = ASYMMETRY * vehicle.gear_friction
@@ -99,7 +99,7 @@ def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
     return rig, Tyre(k=k)
 
 
-def friction_uncertainties(vehicle: Vehicle, *, brakes: bool) -> dict[str, float]:
+def mu_std_by_cause(vehicle: Vehicle, *, brakes: bool) -> dict[str, float]:
     """What declared values leave of mu, as standard deviations [1], by their keys in the vehicle file.
 
     Full slide measures mu times load, arm of the contact and one over the lever, by a force that has a
@@ -108,12 +108,12 @@ def friction_uncertainties(vehicle: Vehicle, *, brakes: bool) -> dict[str, float
     changed the half-length.
     """
     contact, tolerances = Contact.from_vehicle(vehicle, brakes=brakes), vehicle.tolerances
-    arm = _tolerance_parts("slide_arm", contact, tolerances)
+    arm = _tolerance_by_dimension("slide_arm", contact, tolerances)
     of_length = arm.pop("a")
     load, calibrated = tolerances.load, vehicle.slide_factor is not None
     if vehicle.half_length is None or calibrated:
         as_load = replace(tolerances, half_length=load)
-        load += _tolerance_parts("slide_arm", contact, as_load)["a"]
+        load += _tolerance_by_dimension("slide_arm", contact, as_load)["a"]
     shares = {"front_axle_load": load}
     if calibrated:
         shares["slide_factor"] = tolerances.slide_factor
@@ -147,7 +147,9 @@ def _relative_virgin_torque(pressure: Array, arm: Array, turns: Array) -> Array:
     return np.array(torques) / float((pressure * arm).sum())
 
 
-def _tolerance_parts(quantity: str, contact: Contact, tolerances: VehicleTolerances) -> dict[str, float]:
+def _tolerance_by_dimension(
+    quantity: str, contact: Contact, tolerances: VehicleTolerances
+) -> dict[str, float]:
     """Tolerance of a quantity of the contact as a share of it [1], by what of the contact makes it."""
     spans = {
         "a": tolerances.half_length * contact.a,
@@ -202,7 +204,7 @@ def wheel_from_rack(
     return psi, aligning_torque_with_friction(vehicle, *moved, brakes=brakes)
 
 
-def lever_growth_at_lock(vehicle: Vehicle, *, brakes: bool) -> float:
+def lever_and_contact_growth(vehicle: Vehicle, *, brakes: bool) -> float:
     """Growth of one over the gear's lever at full lock, torques divided as above [1]."""
     growth = (
         contact_growth_at_full_lock(vehicle, brakes=brakes).torque * np.sin(lock_angle(vehicle)) ** 2

@@ -237,10 +237,10 @@ class Vehicle:
         area = self.wheel_load * (1 - CARCASS) / self.pressure
         if self.half_length is None:
             return area / (2 * self.patch_width)
-        return self.half_length * (1 + self.relative_load_change)
+        return self.half_length * (1 + self.load_change_since_slide)
 
     @property
-    def relative_load_change(self) -> float:
+    def load_change_since_slide(self) -> float:
         """Change of the load since `slide_factor` was measured, as a share [1]."""
         return 0.0 if self.slide_load is None else self.front_axle_load / self.slide_load - 1
 

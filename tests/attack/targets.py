@@ -21,7 +21,7 @@ from identification import (
 )
 from identification.free_decay.vibration_detection import find_vibration
 from identification.selection.trial import TrialTask, run_trial
-from identification.thesis.published_estimate import read_author_estimate
+from identification.thesis.published_author_estimate import read_author_estimate
 from symbolic import InvalidInputError, Rig, Tyre
 from tests.attack.oracle import (
     check_decay,

@@ -29,7 +29,7 @@ def last_torque(traits: BristleTraits, *turns: float, speed: float = 0.1, tyre: 
     patch = BristlePatch(traits=traits, columns=400, rows=12)
     of_tyre = {"mu": tyre.mu, "k": tyre.k, "a": tyre.a, "e": tyre.e}
     inputs = PatchInputs(speed=speed, dt=0.01, F_N=LOAD, factor=1.0, **of_tyre)
-    memory, M_z = ca.DM(patch.initial()), ca.DM(0)
+    memory, M_z = ca.DM(patch.virgin_memory()), ca.DM(0)
     for turn in turns:
         coefficients = ca.evalf(ca.MX(patch.coefficients(inputs)))
         memory = patch.advance(memory, turn, coefficients)

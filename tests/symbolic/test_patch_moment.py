@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from symbolic import full_slide_level
-from symbolic.patch_moment import edge_to_zone_boundary, unit_corner_moment
+from symbolic.patch_moment import edge_to_boundary_distance, unit_corner_moment
 from tests.symbolic.oracles import Tyre, virgin_torque
 
 getcontext().prec = 60
@@ -58,8 +58,8 @@ def test_edge_to_zone_boundary_solves_its_quadratic(z: float, arm_share: float) 
     a, arm = HALF_LENGTH, HALF_LENGTH * arm_share
     root = exact_edge_to_zone_boundary(z, a, arm)
 
-    assert float(edge_to_zone_boundary(z, a, arm)) == pytest.approx(root, rel=2e-15)
-    assert float(edge_to_zone_boundary(0, a, arm)) == pytest.approx(arm, rel=1e-15)
+    assert float(edge_to_boundary_distance(z, a, arm)) == pytest.approx(root, rel=2e-15)
+    assert float(edge_to_boundary_distance(0, a, arm)) == pytest.approx(arm, rel=1e-15)
 
 
 @pytest.mark.parametrize("e", CASTERS)

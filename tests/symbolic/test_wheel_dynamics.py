@@ -73,7 +73,7 @@ def test_random_motions_agree_with_the_rig(seed: int) -> None:
 
 def test_nested_turns_open_and_close_zones() -> None:
     motion = simulate_motion(RIG, TYRE, NESTED, LOAD)
-    changes = motion.zones[np.flatnonzero(np.diff(motion.zones, prepend=0))]
+    changes = motion.zone_count[np.flatnonzero(np.diff(motion.zone_count, prepend=0))]
 
     assert changes.tolist() == [1, 3, 5, 7, 3]
 
@@ -127,7 +127,7 @@ def test_deformation_makes_the_torque_and_its_kinks_are_the_boundaries() -> None
         kinks = x[1:-2][np.abs(np.diff(q, 3)) > 1e-10]
         expected = zone_boundaries(psi, memory, LOAD, RIG, TYRE)
 
-        assert len(expected) == motion.zones[i] - 1
+        assert len(expected) == motion.zone_count[i] - 1
         assert np.max(np.min(np.abs(expected[:, None] - kinks[None, :]), axis=1)) < 3e-6
         assert np.max(np.min(np.abs(expected[:, None] - kinks[None, :]), axis=0)) < 3e-6
 
@@ -144,7 +144,7 @@ def test_no_torque_no_motion() -> None:
     motion = simulate_motion(RIG, TYRE, TorqueProfile(t=(0.0,), M=(0.0,)), LOAD, duration=2.0)
 
     assert not np.any(motion.psi)
-    assert set(motion.zones) == {1}
+    assert set(motion.zone_count) == {1}
 
 
 def test_comes_to_rest_and_stays() -> None:

@@ -24,12 +24,12 @@ def read_csv_text(path: Path) -> str:
     with prefix_errors(path):
         if content.startswith(_UTF16):
             content = content.decode("utf-16", "replace").encode("utf-8")
-        elif _is_western(content):
+        elif _is_windows_text(content):
             content = content.decode("cp1252").encode("utf-8")
         return decode_text(content)
 
 
-def _is_western(content: bytes) -> bool:
+def _is_windows_text(content: bytes) -> bool:
     beyond = set(content.translate(None, bytes(range(128))))
     if not beyond or not beyond <= _WESTERN:
         return False

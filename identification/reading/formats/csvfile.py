@@ -19,7 +19,7 @@ from identification.reading.channels_by_name import (
     ChannelSamples,
     absent_rack_columns,
     match_channel,
-    missing_channels,
+    missing_channels_error,
 )
 from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.formats.csvdialect import (
@@ -39,7 +39,7 @@ from identification.reading.sample_table import (
     possible_columns,
 )
 from identification.reading.signal_map import NO_MAP, SignalMap
-from identification.reading.units import unit_of_name
+from identification.reading.units import unit_in_brackets
 from symbolic import TOLERATED, InvalidInputError
 from symbolic.errors import printable
 from symbolic.tables.rig_from_tables import NEUTRAL
@@ -97,7 +97,7 @@ def read_csv(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
     file = ChannelFile(
         names=names,
         read=lambda name: ChannelSamples(
-            values=columns[by_name[name]], unit=(units or {}).get(by_name[name], unit_of_name(name))
+            values=columns[by_name[name]], unit=(units or {}).get(by_name[name], unit_in_brackets(name))
         ),
         declared=heading.declared,
     )
@@ -197,7 +197,7 @@ def _column_indices(
     if missing:
         others = [] if "psi" in needed else absent_rack_columns(found)
         missing += [column for column in others if column not in missing]
-        raise missing_channels(path, missing, names, signals, read)
+        raise missing_channels_error(path, missing, names, signals, read)
     return found
 
 

@@ -35,7 +35,7 @@ def open_hdf5(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
     """Datasets as `group/dataset`; scalars a, e, k, mu, J_A, b_t are values of the rig."""
     h5py = import_library("h5py", "hdf5", path)
     with h5py.File(path, "r") as file:
-        datasets = dict(_numeric(h5py, file))
+        datasets = dict(_numeric_datasets(h5py, file))
 
         def read(name: str) -> ChannelSamples:
             dataset = datasets[name]
@@ -58,7 +58,7 @@ def open_hdf5(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
         yield ChannelFile(names=list(datasets), read=read, declared=declared, aliases=aliases)
 
 
-def _numeric(h5py: Any, file: Any) -> Iterator[tuple[str, Any]]:
+def _numeric_datasets(h5py: Any, file: Any) -> Iterator[tuple[str, Any]]:
     """Datasets of plain numbers inside the file; links that leave it are not followed."""
     names: list[str] = []
 

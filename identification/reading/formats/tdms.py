@@ -25,7 +25,11 @@ _UNKNOWN_LENGTH = 2**64 - 1
 def open_tdms(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
     """Channels as `group/channel`; a waveform's start and increment are its clock."""
     nptdms = import_library("nptdms", "tdms", path)
-    remark = "" if _require_complete(path) else "LabVIEW did not close the file, its end may be missing"
+    remark = (
+        ""
+        if _last_segment_has_length(path)
+        else "LabVIEW did not close the file, its end may be missing"
+    )
     log = nptdms.log.log_manager
     # npTDMS leaves a damaged file open that it opened itself.
     with path.open("rb") as raw, ExitStack() as stack:
@@ -66,7 +70,7 @@ def open_tdms(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
         yield ChannelFile(names=list(channels), read=read, own_clocks=True)
 
 
-def _require_complete(path: Path) -> bool:
+def _last_segment_has_length(path: Path) -> bool:
     """Whether the last segment declares its length; npTDMS reads on where a file is shorter."""
     size, at = path.stat().st_size, 0
     with path.open("rb") as file:

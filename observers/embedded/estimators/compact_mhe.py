@@ -24,8 +24,8 @@ from observers.embedded.scalar_expansion import ConstantSubstitution
 from observers.estimators.mhe_recursions import (
     arrival_variance_increment,
     build_acceptance_update,
-    build_filter_step,
-    build_smoother_step,
+    build_back_substitution,
+    build_forward_elimination,
     build_state_prediction,
     has_not_converged,
 )
@@ -36,7 +36,7 @@ from observers.measurement.linearisation import build_linearised_motion, slope_s
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.patch.update import slopes_by_states, tyre_states
 from observers.protocol import SAMPLE
-from observers.quality.friction_change_detection import change_monitor_fields
+from observers.quality.friction_change_by_stroke import change_monitor_fields
 from observers.quality.innovation_alarms import log_mu_variance_between_grounds
 from observers.quality.innovation_gate import COUNTS, build_innovation_test
 from observers.tuning import TUNING_FIELDS
@@ -121,8 +121,8 @@ class MheStepFunctions:
     def all_functions(self) -> list[ca.Function]:
         """All of them."""
         return [
-            self.initial_window_state(), self.clip_states(), self.predict(), self.test_innovation(),
-            self.update_acceptance(), self.reset_arrival_variance(), self.forward_eliminate(),
+            self.initial_arrival(), self.clip_states(), self.predict(), self.test_innovation(),
+            self.update_acceptance(), self.arrival_increment(), self.forward_eliminate(),
             self.substitute_back(), self.output(),
         ]  # fmt: skip
 
@@ -148,13 +148,13 @@ class MheStepFunctions:
         full: ca.MX = ca.vertcat(*(stored.get(name, 0) for name in ROWS))
         return full
 
-    def torque_slopes(self, torque: ca.MX, x: ca.MX) -> tuple[ca.MX, ca.MX]:
+    def torque_and_slopes(self, torque: ca.MX, x: ca.MX) -> tuple[ca.MX, ca.MX]:
         """M_z and its slopes by the states."""
         parts = named(TORQUES, torque)
         slopes = ca.vertcat(*(parts[TORQUE[name]] for name in slope_states(self.measurement_model)))
         return parts["M_Z"], slopes_by_states(self.measurement_model, slopes, x)
 
-    def initial_window_state(self) -> ca.Function:
+    def initial_arrival(self) -> ca.Function:
         """(sample) -> mean, factor, last."""
         n = len(self.measurement_model.states)
         parts = Layout.of(mean=n, factor=(n, n), last=len(CLEAN))
@@ -174,7 +174,7 @@ class MheStepFunctions:
         names = ("x", "torque", "P", "last", "now", "rig", "tuning")
         x, torque, P, last, now, rig, tuning = inputs = self.symbols(*names)
         predict = build_state_prediction(self.measurement_model)
-        newest, P_newest, _ = predict(x, P, *self.torque_slopes(torque, x), last, now, rig, tuning)
+        newest, P_newest, _ = predict(x, P, *self.torque_and_slopes(torque, x), last, now, rig, tuning)
         return function_of_symbols("predict", inputs, newest=newest, P_newest=P_newest)
 
     def test_innovation(self) -> ca.Function:
@@ -183,7 +183,15 @@ class MheStepFunctions:
         newest, torque, now, P, counts, monitor, rig, tuning = inputs = self.symbols(*names)
         innovation = build_innovation_test(self.measurement_model)
         results = outputs_of(
-            innovation, newest, P, *self.torque_slopes(torque, newest), now, counts, monitor, rig, tuning
+            innovation,
+            newest,
+            P,
+            *self.torque_and_slopes(torque, newest),
+            now,
+            counts,
+            monitor,
+            rig,
+            tuning,
         )
         test = ca.vertcat(*(results[name] for name in innovation_test_outputs(self.measurement_model)))
         after = {name: results[name] for name in ("counts_next", "monitor_next")}
@@ -199,7 +207,7 @@ class MheStepFunctions:
         )
         return function_of_symbols("accept", inputs, accepted=accepted, jump=jump)
 
-    def reset_arrival_variance(self) -> ca.Function:
+    def arrival_increment(self) -> ca.Function:
         """(test) -> increment of the arrival's variance of ln mu."""
         test, tuning = inputs = self.symbols("test", "tuning")
         result = named(innovation_test_outputs(self.measurement_model), test)
@@ -211,10 +219,10 @@ class MheStepFunctions:
         """(mean, factor, x, torque, row, after) -> mean, factor, eliminated."""
         names = ("mean", "factor", "x", "torque", "row", "after", "rig", "tuning")
         mean, factor, x, torque, row, after, rig, tuning = inputs = self.symbols(*names)
-        forward = build_filter_step(self.measurement_model)
+        forward = build_forward_elimination(self.measurement_model)
         rows, (M_z, slopes) = (
             (self.expand_stored_row(r) for r in (row, after)),
-            self.torque_slopes(torque, x),
+            self.torque_and_slopes(torque, x),
         )
         results = outputs_of(forward, mean, factor, x, M_z, slopes, *rows, rig, tuning)
         results["slopes"] = slopes
@@ -233,7 +241,7 @@ class MheStepFunctions:
         motion = build_linearised_motion(self.measurement_model)
         slopes = parts.pop("slopes", ca.DM.zeros(len(slope_states(self.measurement_model))))
         _, A, _, _ = motion(parts["filtered"], 0, slopes, now, now_next, rig, tuning)
-        before, smoothed = build_smoother_step(self.measurement_model)(
+        before, smoothed = build_back_substitution(self.measurement_model)(
             costate, *parts.values(), A, tuning
         )
         return function_of_symbols("backward", inputs, costate_before=before, smoothed=smoothed)

@@ -10,7 +10,7 @@ import casadi as ca
 from observers.embedded.patches.patch_code import PatchCode
 from observers.embedded.scalar_expansion import ConstantSubstitution, inputs_used
 from observers.estimators.initial_state import build_initial_state
-from observers.estimators.mhe_recursions import build_filter_step
+from observers.estimators.mhe_recursions import build_forward_elimination
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import Layout, named, outputs_of
 from observers.measurement.linearisation import (
@@ -142,7 +142,7 @@ def motion_depends_on_patch_torque(model: MeasurementModel) -> bool:
 @cache
 def stored_fields(model: MeasurementModel) -> tuple[str, ...]:
     """Those of `ROWS` that the terms of a window depend on: what C stores of a sample."""
-    forward = build_filter_step(model)
+    forward = build_forward_elimination(model)
     used = {ROWS.index(name) for name in ("F_N", "dt", "accepted", "jump")}
     for name in ("row", "row_next"):
         at = forward.index_in(name)

@@ -59,7 +59,7 @@ def acquisition_functions(observer: ModelObserver, constants: ConstantSubstituti
         hysteresis_branches.build_sliding_onset_turn(),
         _build_stick_moment_beyond(observer, constants.tunable == "all"),
         mu_over_k_hypotheses.build_one_hypothesis_update(has_gear_friction(model)),
-        mu_over_k_hypotheses.build_torque_error(),
+        mu_over_k_hypotheses.build_torque_error_variance(),
         expand_with_constants("follow_output", follow, known),
         hypotheses_verdict.build_mu_std_from_torque_scale(patch.misfit > 0, model.gain_share),
         expand_with_constants("conclude", conclude, known),

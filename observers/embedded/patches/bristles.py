@@ -83,7 +83,7 @@ def bristle_placeholders(effects: PatchEffects, real: Real) -> dict[str, Any]:
     traits, log_reference = patch.traits, float(np.log(REFERENCE_SPEED))
     branched, compliant = traits.relaxation is not None, deflection is not None
     creep = 0.0 if traits.creep is None else float(traits.creep)
-    slide = patch.effective_friction(effects.unit_patch_inputs(speed=rig.slide_rate))
+    slide = patch.effective_friction(effects.inputs_at_unit_mu(speed=rig.slide_rate))
     return {
         "bristles": patch.bristle_count, "rig_at_run_time": False, "effects": True,
         "own": effects.memory_size,
@@ -136,7 +136,7 @@ def bristle_constants(effects: PatchEffects, terms: dict[str, Any]) -> dict[str,
     """
     patch = effects.patch
     geometry = replace(patch, traits=replace(patch.traits, limits=()))
-    numbers = np.asarray(geometry.coefficients(effects.unit_patch_inputs())).ravel()
+    numbers = np.asarray(geometry.coefficients(effects.inputs_at_unit_mu())).ravel()
     n = patch.bristle_count
     tables = {"lever": numbers[:n], "moment": numbers[2 * n : 3 * n]}
     if terms["grows"]:

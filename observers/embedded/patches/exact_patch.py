@@ -36,7 +36,7 @@ def exact_patch_code(observer: ModelObserver, real: Real, *, rig_at_run_time: bo
     rig_at_run_time, k = rig_at_run_time and not effects, repr(float(observer.values["k"]))
     on_patch, window = PatchEffects(observer), mhe_window_length(observer)
     by_angle = angle_is_state(observer.measurement_model)
-    functions = {"unit_moment": build_corner_moment(observer, rig_at_run_time=rig_at_run_time)}
+    functions = {"unit_moment": build_unit_corner_moment(observer, rig_at_run_time=rig_at_run_time)}
     if effects:
         terms, initial = on_patch.sample_terms(), on_patch.initial_memory()
         functions |= {"sample_terms": terms, "initial_memory": initial}
@@ -74,7 +74,7 @@ def exact_patch_code(observer: ModelObserver, real: Real, *, rig_at_run_time: bo
     )  # fmt: skip
 
 
-def build_corner_moment(observer: ModelObserver, *, rig_at_run_time: bool) -> ca.Function:
+def build_unit_corner_moment(observer: ModelObserver, *, rig_at_run_time: bool) -> ca.Function:
     """(z) -> moment of a unit change of slope at z, and its derivative by z.
 
     With `rig_at_run_time` (z, geometry), the half-length and the caster length.

@@ -15,7 +15,7 @@ from symbolic.casadi_functions import named_function
 from symbolic.compilation.single_bristle_functions import bristle_patch_of
 from symbolic.effects.base import Signals
 from symbolic.elements_in_series import series_deflection
-from symbolic.full_slide import build_full_slide
+from symbolic.full_slide_friction import build_full_slide
 from symbolic.model import add_effect_torques, effect_memory_torque, transform_sample_by_effects
 from symbolic.patch_interface import PatchInputs
 from symbolic.zone_patch import ZonePatch
@@ -37,21 +37,21 @@ class PatchEffects:
         return self.observer.model
 
     @cached_property
-    def unit_theta(self) -> ca.DM:
+    def theta_at_unit_mu(self) -> ca.DM:
         """The parameters with mu = 1."""
         return self.model.theta({**self.observer.values, "mu": 1.0})
 
     @cached_property
     def patch(self) -> BristlePatch:
         """The patch with its traits as numbers."""
-        return bristle_patch_of(self.model, self.unit_theta)
+        return bristle_patch_of(self.model, self.theta_at_unit_mu)
 
     @property
     def memory_size(self) -> int:
         """Length of the effects' own memories."""
         return sum(effect.memory for effect in self.model.effects)
 
-    def unit_patch_inputs(self, **changes: Any) -> PatchInputs:
+    def inputs_at_unit_mu(self, **changes: Any) -> PatchInputs:
         """Inputs of the patch for mu = 1, a load of 1 N and no speed, as numbers."""
         rig, k = self.observer.rig, self.observer.values["k"]
         usual = {"speed": 0.0, "dt": 1.0, "F_N": 1.0, "factor": 1.0, "mu": 1.0}
@@ -61,12 +61,12 @@ class PatchEffects:
         """(signals, own) -> (terms, own_next): what the effects make of a sample."""
         model, rig = self.model, self.observer.rig
         signals, own = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("own", self.memory_size)
-        theta = ca.MX.sym("theta", self.unit_theta.numel())
-        memory = ca.vertcat(ca.MX.zeros(1 + model.patch().size), own)
+        theta = ca.MX.sym("theta", self.theta_at_unit_mu.numel())
+        memory = ca.vertcat(ca.MX.zeros(1 + model.patch().memory_size), own)
         at_patch, memories, factor = transform_sample_by_effects(
-            model, model.split_memory(memory)[2], signals, theta
+            model, model.split_angle_patch_effects(memory)[2], signals, theta
         )
-        after = ca.vertcat(ca.MX.zeros(1 + model.patch().size), *memories)
+        after = ca.vertcat(ca.MX.zeros(1 + model.patch().memory_size), *memories)
         torque = add_effect_torques(effect_memory_torque(memories, model, theta), model, at_patch, theta)
         growth, reach, decay, gain = self._bristle_coefficients(at_patch, factor, theta)
         geometry = ca.DM([rig.a, rig.e])
@@ -93,7 +93,7 @@ class PatchEffects:
         if not isinstance(patch, BristlePatch):
             return 1, 0, 0, 0
         growth = patch.traits.relative_length(at_patch.F_N, self.observer.rig.a)
-        inputs = self.unit_patch_inputs(
+        inputs = self.inputs_at_unit_mu(
             speed=at_patch.psi_dot, dt=at_patch.dt, F_N=at_patch.F_N, factor=factor
         )
         n, coefficients = patch.bristle_count, patch.coefficients(inputs)
@@ -102,9 +102,12 @@ class PatchEffects:
     def initial_memory(self) -> ca.Function:
         """(signals) -> (angle, own): the memory before the first sample."""
         initial = self.model.initial
-        signals, theta = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("theta", self.unit_theta.numel())
+        signals, theta = (
+            ca.MX.sym("signals", len(SIGNALS)),
+            ca.MX.sym("theta", self.theta_at_unit_mu.numel()),
+        )
         memory = initial(signals, theta, ca.DM([self.observer.rig.a, self.observer.rig.e]))
-        outputs = {"angle": memory[0], "own": memory[1 + self.model.patch().size :]}
+        outputs = {"angle": memory[0], "own": memory[1 + self.model.patch().memory_size :]}
         return self._with_fixed_theta("initial_memory", outputs, signals=signals, theta=theta)
 
     def pressure(self) -> ca.Function:
@@ -127,7 +130,11 @@ class PatchEffects:
         deflection = series_deflection(self.model)
         if deflection is None:
             return None
-        M_z, F_N, theta = ca.MX.sym("M_z"), ca.MX.sym("F_N"), ca.MX.sym("theta", self.unit_theta.numel())
+        M_z, F_N, theta = (
+            ca.MX.sym("M_z"),
+            ca.MX.sym("F_N"),
+            ca.MX.sym("theta", self.theta_at_unit_mu.numel()),
+        )
         turn = deflection(M_z, ca.vertcat(F_N, theta))
         outputs = {"turn": turn, "by_torque": ca.densify(ca.jacobian(turn, M_z))}
         return self._with_fixed_theta("deflection", outputs, M_z=M_z, F_N=F_N, theta=theta)
@@ -135,4 +142,6 @@ class PatchEffects:
     def _with_fixed_theta(self, name: str, outputs: dict[str, ca.MX], **inputs: ca.MX) -> ca.Function:
         """A Function of symbols by their names, of which theta becomes numbers."""
         function = named_function(name, inputs, outputs)
-        return expand_with_constants(name, function, {"theta": np.asarray(self.unit_theta).ravel()})
+        return expand_with_constants(
+            name, function, {"theta": np.asarray(self.theta_at_unit_mu).ravel()}
+        )

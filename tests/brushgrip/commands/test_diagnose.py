@@ -335,7 +335,7 @@ class TestDemo:
 
         labels = ["EKF, assumed model", "EKF, model found", "MHE, model found"]
         assert [track.label for track in tracks] == labels
-        assert outcome.all_tracks == tracks
+        assert outcome.complete_tracks == tracks
         assert {track.reference for track in tracks} == {1.3}
         assert all(track.mu.size == 60 for track in tracks)
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from brushgrip.estimation.signal_map_remedy import ANGLE, SIGN, TIME, UNITS
-from observers.quality.wrong_units_or_signs import EVIDENCE, flags_by_message
+from observers.quality.wrong_units_or_signs import EVIDENCE, suspected_by_message
 from reference_rig import make_ground_recording, make_recording, make_steering_recording
 from tests.brushgrip.helpers import PNG, Run, Write, contents, table_of, write_model
 
@@ -299,7 +299,7 @@ def test_a_time_in_ms_is_read_or_mended_by_the_map_that_is_handed_back(
 
 def test_every_suspected_cause_but_a_broken_sensor_has_a_map() -> None:
     places = EVIDENCE.places
-    named = list(flags_by_message(dict.fromkeys(places, 1.0), "M_z"))
+    named = list(suspected_by_message(dict.fromkeys(places, 1.0), "M_z"))
     without = [cause for cause in named if not cause.startswith((*UNITS, ANGLE, SIGN, TIME))]
 
     assert len(named) == 6

@@ -11,9 +11,9 @@ from brushgrip.comparison.methods import (
     ANALYTIC,
     Method,
     ObserverMethod,
-    correction_network_inputs,
     default_methods,
     neural_network_inputs,
+    root_mu_correction_inputs,
 )
 from identification import Recording
 from observers import RootObserver, Sample, run, zone_history
@@ -91,7 +91,7 @@ def test_inputs_of_the_neural_network_are_angle_last_reversal_and_torque(recordi
 
 
 def test_inputs_of_the_correcting_network_hold_the_analytic_estimate(recording: Recording) -> None:
-    rows = correction_network_inputs(recording)
+    rows = root_mu_correction_inputs(recording)
     observer = RootObserver(rig=recording.rig, k=recording.tyre.k)
     mu = run(observer, recording.t, recording.psi, recording.F_N, recording.M_z).mu
 
@@ -102,7 +102,7 @@ def test_inputs_of_the_correcting_network_hold_the_analytic_estimate(recording: 
     assert set(rows[:, 6]) == {0.0, 1.0}
 
 
-@pytest.mark.parametrize("inputs", [neural_network_inputs, correction_network_inputs])
+@pytest.mark.parametrize("inputs", [neural_network_inputs, root_mu_correction_inputs])
 def test_inputs_are_causal_and_finite_through_missing_torques(
     recording: Recording, inputs: Callable[[Recording], np.ndarray]
 ) -> None:

@@ -18,8 +18,8 @@ from brushgrip.estimation.observe_recording import (
 )
 from brushgrip.estimation.suspicious_recordings import (
     differing_sample_rates_note,
+    direction_deficit_and_note,
     inconsistency_remedy,
-    weaker_direction_share_and_note,
 )
 from brushgrip.inputs.option_choices import ObserverName
 from identification import FoundModel, Recording, read_recording
@@ -83,16 +83,16 @@ def test_noise_and_rate_of_the_torque_channel(recording: Recording) -> None:
 
 def test_the_weaker_direction_of_a_found_model_is_told() -> None:
     ratio = "asymmetric_friction.ratio"
-    told = {r: weaker_direction_share_and_note({"k": 2e6, ratio: r}) for r in (0.85, 1.2, 1.01)}
+    told = {r: direction_deficit_and_note({"k": 2e6, ratio: r}) for r in (0.85, 1.2, 1.01)}
 
     assert told[0.85] == (pytest.approx(0.15 / 1.85), told[0.85][1])
     assert told[0.85][1].startswith("8 % less than mu_eff turning to positive psi: ")
     assert told[1.2][1].startswith("9 % less than mu_eff turning to negative psi: ")
     assert told[1.01][1] == ""
-    assert weaker_direction_share_and_note({"k": 2e6}) == (0.0, "")
+    assert direction_deficit_and_note({"k": 2e6}) == (0.0, "")
     # 0.76 (1 - 0.0811) - 0.08 with the digits of the band; no friction is below nothing.
     for mu_eff, low in ((0.76, "0.62"), (0.05, "0.00")):
-        line = weaker_direction_share_and_note({"asymmetric_friction.ratio": 0.85}, mu_eff, 0.04)[1]
+        line = direction_deficit_and_note({"asymmetric_friction.ratio": 0.85}, mu_eff, 0.04)[1]
         assert line.startswith(f"8 % less than mu_eff turning to positive psi, down to {low}: ")
 
 

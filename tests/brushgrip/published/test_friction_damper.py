@@ -13,8 +13,8 @@ from brushgrip.published.friction_damper import (
     CHANNELS,
     EARTHQUAKES,
     HARMONIC,
+    address_and_digests,
     channels_digest,
-    file_digests,
 )
 from symbolic import InvalidInputError
 from tests.brushgrip.helpers import serve
@@ -63,7 +63,7 @@ def fetched(out: Path) -> list[str]:
 
 def test_what_is_published(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.undo()
-    address, published = file_digests(friction_damper.REGISTRY)
+    address, published = address_and_digests(friction_damper.REGISTRY)
 
     assert tuple(published) == (*HARMONIC, *EARTHQUAKES)
     assert len(set(published.values())) == 15
@@ -129,7 +129,7 @@ def test_arrays_of_another_shape_are_refused(
     ],
 )
 def test_inches_and_kips(name: str, place: str, columns: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    address, published = file_digests(friction_damper.PULLED_REGISTRY)
+    address, published = address_and_digests(friction_damper.PULLED_REGISTRY)
     assert tuple(published) == (*friction_damper.CONSTANT, *friction_damper.CHANGED)
     assert address.endswith("/0e09aa9d950760277e31c08cd93fd01f39a5af09")
     table = RNG.standard_normal((30, columns))

@@ -24,7 +24,7 @@ from brushgrip.report.validity_and_missing_effects import (
     demo_recordings_warning,
     notes_not_in_text,
 )
-from brushgrip.report.what_effects_do import summary_of
+from brushgrip.report.what_effects_do import effect_summary
 from identification import Diagnosis, ParameterEstimate
 from identification.diagnosis.found_vs_declared_stiffness import StiffnessComparison
 from identification.diagnosis.from_search import BEYOND_RANGE
@@ -465,7 +465,7 @@ def test_the_weaker_direction_is_told_beside_the_mean_of_both() -> None:
     # On one page both figures are against the mean: 1 and 0.6 have 0.8.
     ratio = SimpleNamespace(value=0.6)
     known = replace(diagnosis.effects[0], name="asymmetric_friction", parameters={"ratio [1]": ratio})
-    assert summary_of(diagnosis, known).endswith(
+    assert effect_summary(diagnosis, known).endswith(
         "lower while the angle rises than while it falls (25 % below the mean of both)"
     )
     odd = replace(diagnosis.effects[0], name="asymmetric_friction", grade="stands_in")

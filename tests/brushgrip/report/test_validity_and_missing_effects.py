@@ -7,11 +7,11 @@ import pytest
 
 from brushgrip.estimation.assumed_and_found_friction import EKF_DECLARED
 from brushgrip.report.validity_and_missing_effects import (
-    benefit_for_friction,
     error_text_and_basis,
+    known_by_both_models_text,
     missing_effects,
 )
-from brushgrip.report.what_effects_do import friction_over_speed, summary_of
+from brushgrip.report.what_effects_do import effect_summary, friction_over_speed
 from brushgrip.wording.formatting import percent
 from identification import Curve, FoundFamily
 from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome
@@ -22,20 +22,20 @@ RANGE = " from 0.1 to 10 mm/s, in a typical recording"
 def test_what_the_model_found_changes_is_told_with_both_figures() -> None:
     old = tuple(replace(track, label=EKF_DECLARED) for track in TRACKS[:2])
     outcome = make_outcome("c", tracks=(*old, *TRACKS[:2]))
-    assert benefit_for_friction(make_diagnosis(), outcome) == (
+    assert known_by_both_models_text(make_diagnosis(), outcome) == (
         "A value of friction comes out in 2 of 2 recordings (first after 5.0 s, in 1 lost again before"
         " the end) by the model found; in 2 of 2 recordings (first after 5.0 s, in 1 lost again before"
         " the end) by the assumed model."
     )
     never = tuple(replace(track, usable=np.zeros(11, dtype=bool)) for track in old)
     once = replace(outcome, tracks=(old[0], never[1], *TRACKS[:2]))
-    assert "in 1 of 2 recordings (first after 5.0 s) by the assumed" in benefit_for_friction(
+    assert "in 1 of 2 recordings (first after 5.0 s) by the assumed" in known_by_both_models_text(
         make_diagnosis(), once
     )
     none = replace(outcome, tracks=(*never, *TRACKS[:2]))
-    assert "in none of 2 recordings by the assumed" in benefit_for_friction(make_diagnosis(), none)
-    assert benefit_for_friction(replace(make_diagnosis(), of_car=True), outcome) == ""
-    assert benefit_for_friction(make_diagnosis(found=False), outcome) == ""
+    assert "in none of 2 recordings by the assumed" in known_by_both_models_text(make_diagnosis(), none)
+    assert known_by_both_models_text(replace(make_diagnosis(), of_car=True), outcome) == ""
+    assert known_by_both_models_text(make_diagnosis(found=False), outcome) == ""
 
 
 @pytest.mark.parametrize(
@@ -69,9 +69,11 @@ def test_which_way_friction_goes_with_speed_is_that_of_the_fitted_curve(
         f"(a) F{told[1:]} (likely, not proven).",
         "(b) An error beyond noise remains, of unknown cause, which the model found leaves out too.",
     ]
-    tied = "(2.3 c μ) for each" in summary_of(replace(diagnosis, effects=(creep,)), creep)
+    tied = "(2.3 c μ) for each" in effect_summary(replace(diagnosis, effects=(creep,)), creep)
     assert tied == ("for each" in told)
-    assert "2.3 c" not in summary_of(replace(diagnosis, effects=(creep, creep)), creep), "of both laws"
+    assert "2.3 c" not in effect_summary(replace(diagnosis, effects=(creep, creep)), creep), (
+        "of both laws"
+    )
     # What may be another effect of the model is not clear.
     open_one = replace(found, grade="ambiguous")
     first, _ = missing_effects(replace(diagnosis, effects=(open_one,)))

@@ -5,14 +5,14 @@ from math import inf
 
 import pytest
 
-from brushgrip.report.what_effects_do import OVER_SPEED, size_of, summary_of
+from brushgrip.report.what_effects_do import OVER_SPEED, effect_size_text, effect_summary
 from identification import ParameterEstimate
 from symbolic import EFFECTS
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 from tests.brushgrip.factories import make_diagnosis
 
 ELSEWHERE = ("asymmetric_friction",)
-"""Effects whose size `summary_of` tells by itself."""
+"""Effects whose size `effect_summary` tells by itself."""
 
 
 @pytest.mark.parametrize(
@@ -43,7 +43,7 @@ def test_the_size_of_an_effect_is_told(name: str, parameters: dict[str, float], 
         label: ParameterEstimate(value=value, std=None, unit="1") for label, value in parameters.items()
     }
     effect = replace(make_diagnosis().effects[0], name=name, parameters=values)
-    assert size_of(effect) == told
+    assert effect_size_text(effect) == told
 
 
 @pytest.mark.parametrize("name", sorted({**EFFECTS, **CAR_EFFECTS}))
@@ -55,10 +55,10 @@ def test_no_effect_of_the_library_is_named_without_its_size(name: str) -> None:
         diagnosis.effects[0], name=name, summary=known.summary, family=known.family, parameters=values
     )
     if known.family == OVER_SPEED or name in ELSEWHERE:
-        assert size_of(effect) == ""
+        assert effect_size_text(effect) == ""
     else:
-        assert summary_of(diagnosis, effect).endswith(f": {size_of(effect)}")
-        assert size_of(effect)
+        assert effect_summary(diagnosis, effect).endswith(f": {effect_size_text(effect)}")
+        assert effect_size_text(effect)
 
 
 def test_play_is_told_in_plain_words() -> None:
@@ -69,6 +69,6 @@ def test_play_is_told_in_plain_words() -> None:
         family="sensor and steering",
         parameters={"gap": gap},
     )
-    assert summary_of(make_diagnosis(), effect) == (
+    assert effect_summary(make_diagnosis(), effect) == (
         "the linkage between angle sensor and tyre has play: 3.6° or 0.064 rad from end to end"
     )

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from brushgrip.inputs.option_values import chosen_tuning
-from brushgrip.wording.recording_remarks import friction_of_grounds, friction_range, printed_rows
+from brushgrip.wording.recording_remarks import friction_lines_by_ground, friction_range, printed_rows
 from observers import PROFILES, Tuning
 from tests.brushgrip.helpers import Run, Write, table_of
 
@@ -280,7 +280,7 @@ def test_tunings_value_by_value() -> None:
 def test_a_ground_is_told_after_its_recordings(
     estimate: Run, write_csv: Write, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    grounds = "brushgrip.wording.recording_remarks.friction_of_grounds"
+    grounds = "brushgrip.wording.recording_remarks.friction_lines_by_ground"
     monkeypatch.setattr(grounds, lambda _: ["note on ice"])
     printed = estimate(write_csv("a.csv"), write_csv("b.csv")).out
 
@@ -295,13 +295,13 @@ def test_a_ground_is_told_from_its_usable_recordings_and_for_each_direction_by_i
 
     # 4.3027 * 0.1 * sqrt(4 / 3), by the table of Student's t.
     told = ["ice: mu_eff up to 0.70 for a further recording, from 3 of 5 recordings"]
-    assert friction_of_grounds([*known, *rest]) == told
+    assert friction_lines_by_ground([*known, *rest]) == told
     rows = [
         {"ground": "ice", "direction": "positive", "mu_eff": mu, "mu_eff_std": 0.0}
         | {"mu_eff_positive": 0.2, "mu_eff_std_positive": 0.0, "mu_eff_negative": mu}
         | {"mu_eff_std_negative": 0.0}
         for mu in (0.1, 0.2, 0.3)
     ]
-    positive, negative = friction_of_grounds(rows)
+    positive, negative = friction_lines_by_ground(rows)
     assert positive.startswith("note on ice, turning to positive psi: no band")
     assert negative.startswith("ice, turning to negative psi: mu_eff up to 0.70 for a further rec")

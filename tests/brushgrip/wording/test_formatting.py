@@ -13,7 +13,7 @@ from brushgrip.wording.formatting import (
     percent,
     residual_structure,
     sentence,
-    torque_value,
+    torque_error_text,
     value_with_std,
     worse_recordings,
 )
@@ -47,7 +47,7 @@ def test_quantity(value: float, std: float | None, unit: str, text: str) -> None
 
 def test_figures_sentences_and_lists() -> None:
     assert [percent(share) for share in (0.04371, None, math.nan)] == ["4.37 %", "–", "–"]
-    assert [torque_value(value) for value in (0.35345, 1.0, None)] == ["0.353", "1.00", "–"]
+    assert [torque_error_text(value) for value in (0.35345, 1.0, None)] == ["0.353", "1.00", "–"]
     assert sentence("sensor_delay: delay is at the end") == "Sensor delay: delay is at the end."
     assert sentence("fem4_ident: k is at the end.") == "Fem4_ident: k is at the end."
     assert [listed([*words], "or") for words in ("", "a", "ab", "abc")] == [

@@ -13,7 +13,7 @@ from brushgrip.wording.friction_in_words import (
     LACKING,
     band_composition_text,
     estimates_summary,
-    undeclared_sensor_note,
+    slippery_ground_note,
     unusable_samples_and_remedy,
     with_95_band,
 )
@@ -174,14 +174,14 @@ def test_what_does_not_end_in_a_change_is_a_misfit() -> None:
 
 def test_ice_asks_for_dry_friction_and_noise_of_the_sensor() -> None:
     rig = Rig(a=0.045, e=0.009)
-    both = undeclared_sensor_note(0.1, rig)
+    both = slippery_ground_note(0.1, rig)
     assert both.startswith("below 0.15, dry friction and noise of the sensor not declared: ")
     assert both.endswith("[sensor] dry_friction = ... and noise = ... N m")
-    noise = undeclared_sensor_note(0.1, replace(rig, dry_friction=0.0))
+    noise = slippery_ground_note(0.1, replace(rig, dry_friction=0.0))
     assert noise.startswith("below 0.15, noise of the sensor not declared: the noise assumed may hide ")
     assert "dry_friction" not in noise
     known = replace(rig, dry_friction=0.0, noise=0.1)
-    assert undeclared_sensor_note(0.1, known) == undeclared_sensor_note(0.3, rig) == ""
+    assert slippery_ground_note(0.1, known) == slippery_ground_note(0.3, rig) == ""
 
 
 def test_when_an_input_looked_wrong_is_told_beside_the_value() -> None:

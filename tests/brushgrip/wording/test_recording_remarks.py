@@ -4,7 +4,7 @@ import math
 
 from brushgrip.wording.recording_remarks import (
     OVER_LOAD,
-    friction_of_grounds,
+    friction_lines_by_ground,
     recording_remark,
     remark_counts,
     row_with_early_end_remark,
@@ -38,9 +38,9 @@ def test_friction_of_a_ground_says_that_each_is_at_its_own_load() -> None:
         {"ground": "ice", "mu_eff": mu, "mu_eff_std": 0.01, "remark": f"{OVER_LOAD}: mu_eff"}
         for mu in (0.1, 0.2, 0.15)
     ]
-    assert friction_of_grounds(rows)[0].startswith("ice, each at its own load: mu_eff ")
+    assert friction_lines_by_ground(rows)[0].startswith("ice, each at its own load: mu_eff ")
     silent = [row | {"remark": ""} for row in rows]
-    assert friction_of_grounds(silent)[0].startswith("ice: mu_eff ")
+    assert friction_lines_by_ground(silent)[0].startswith("ice: mu_eff ")
 
 
 def test_few_recordings_with_a_remark_are_named_and_those_that_end_early() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from identification import diagnose, read_recording
-from identification.diagnosis.graded_effects import kingpin_note_from_effect
+from identification.diagnosis.graded_effects import inclination_note_of_effect
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 from symbolic.vehicle.steering import jacking_torque, mean_wheel_angle, rack_lever
 from tests.columns import write_columns
@@ -69,6 +69,6 @@ def test_a_return_torque_is_told_by_its_sign_with_the_key_that_has_it(tmp_path: 
     assert effect.grade in ("weak", "stands_in")
     assert found.inclination is None
     fitted = SimpleNamespace(labels=())
-    clear = kingpin_note_from_effect(replace(effect, grade="strong"), fitted, [recording])  # type: ignore[arg-type]
+    clear = inclination_note_of_effect(replace(effect, grade="strong"), fitted, [recording])  # type: ignore[arg-type]
     assert clear[1] == pytest.approx(other.inclination, abs=0.02)
     assert note.endswith("have a second log confirm it before you declare it")

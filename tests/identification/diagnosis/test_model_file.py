@@ -88,7 +88,7 @@ def test_k_is_known_as_closely_as_it_was_found(
 ) -> None:
     found = read_model(write(tmp_path, CONTENT if std is None else {**CONTENT, "std": {"k": std}}))
     declared_rig = Rig(a=0.045, e=0.009, tolerances=Tolerances(k=declared, a=0.001))
-    rig = found.rig_for_stiffness(declared_rig, 2.4e6)
+    rig = found.rig_with_k_tolerance(declared_rig, 2.4e6)
 
     assert rig.tolerances.k == (None if taken is None else pytest.approx(taken))
     assert (rig.a, rig.tolerances.a, rig.tolerances.load) == (0.045, 0.001, None)
@@ -104,11 +104,11 @@ def test_a_k_beyond_its_tolerance_may_be_the_torques_scale(
 ) -> None:
     found = read_model(write(tmp_path, CONTENT))
     declared_rig = Rig(a=0.045, e=0.009, tolerances=Tolerances(k=tolerance, load=0.01))
-    rig = found.rig_for_stiffness(declared_rig, declared)
+    rig = found.rig_with_k_tolerance(declared_rig, declared)
 
     assert (rig.tolerances.load, rig.tolerances.scale) == (0.01, pytest.approx(0.5 * 3**0.5 * off))
     rough = replace(declared_rig, tolerances=replace(declared_rig.tolerances, scale=0.1))
-    both = found.rig_for_stiffness(rough, declared).tolerances.scale
+    both = found.rig_with_k_tolerance(rough, declared).tolerances.scale
     assert both == pytest.approx(hypot(0.1, rig.tolerances.scale)), "a car declares one of its own"
 
 
@@ -126,11 +126,11 @@ def test_a_k_of_another_scale_is_refused(
     rig = Rig(a=0.045, e=0.009, tolerances=Tolerances(k=tolerance))
 
     if not refused:
-        found.rig_for_stiffness(rig, declared)
+        found.rig_with_k_tolerance(rig, declared)
         return
     said = r"times the declared one.*check the torque with a weight"
     with pytest.raises(InvalidInputError, match=said):
-        found.rig_for_stiffness(rig, declared)
+        found.rig_with_k_tolerance(rig, declared)
 
 
 @pytest.mark.parametrize(
@@ -155,8 +155,8 @@ def test_the_k_of_a_ground_is_its_own(tmp_path: Path) -> None:
     found = read_model(write(tmp_path, GROUNDS))
     rig = Rig(a=0.045, e=0.009, tolerances=Tolerances(k=8e5, load=0.01))
 
-    assert found.rig_for_stiffness(rig, 5.4e6, "steel") == rig
-    off = found.rig_for_stiffness(rig, 5.4e6, "emery").tolerances
+    assert found.rig_with_k_tolerance(rig, 5.4e6, "steel") == rig
+    off = found.rig_with_k_tolerance(rig, 5.4e6, "emery").tolerances
     assert off.scale == pytest.approx(0.5 * 3**0.5 * log(5.4 / 4.0))
     assert off.k == 8e5
 

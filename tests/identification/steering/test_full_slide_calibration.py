@@ -16,7 +16,7 @@ from identification.steering.full_slide_calibration import TyresResult, identify
 from reference_rig import CarRecording, FleetCar, draw_car
 from symbolic import InvalidInputError, Vehicle, full_slide_arm, rig_of, vehicle_from_tables
 from symbolic.parameters import EVEN
-from symbolic.vehicle.mean_wheel import friction_uncertainties
+from symbolic.vehicle.mean_wheel import mu_std_by_cause
 from tests.columns import write_columns
 from tests.simulated_car import Array, SimulatedCar, declared_vehicle, steering
 
@@ -208,14 +208,14 @@ def test_a_measured_factor_stands_for_what_it_was_measured_with() -> None:
     measured = replace(CAR, slide_factor=1.1)
     rig, tyre = rig_of(measured)
     before, tyre_before = rig_of(CAR)
-    shares = friction_uncertainties(measured, brakes=True)
+    shares = mu_std_by_cause(measured, brakes=True)
 
     assert rig.a == pytest.approx(1.1 * before.a)
     assert tyre.k * rig.a**3 == pytest.approx(tyre_before.k * before.a**3), "as stiff as it was"
     assert set(shares) == {"front_axle_load", "slide_factor"}
     assert shares["slide_factor"] == pytest.approx(0.05 * EVEN)
     # A load that has changed since has changed the length of the contact.
-    assert shares["front_axle_load"] > friction_uncertainties(CAR, brakes=True)["front_axle_load"]
+    assert shares["front_axle_load"] > mu_std_by_cause(CAR, brakes=True)["front_axle_load"]
 
 
 def test_a_load_that_changed_since_lengthens_the_contact_and_k_is_known_less() -> None:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from observers import Ekf, Estimate, Sample, profile
-from observers.planning.steering_path import SteeringPath
+from observers.planning.steering_limits_and_paths import SteeringPath
 from reference_rig import RigTyre, free_path, simulate_bristles
 from symbolic import Model, Rig
 from symbolic.float_array import Array

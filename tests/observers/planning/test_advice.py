@@ -6,8 +6,8 @@ import pytest
 from observers import Ekf, Estimate, Status, SteeringLimits
 from observers.planning.advice import (
     irreducible_reason_text,
-    planned_failure_text,
     time_limit_reason_text,
+    unreached_friction_text,
 )
 from observers.planning.forecast import percent_text_beside_target
 from tests.observers.planning.conftest import LOAD
@@ -50,14 +50,14 @@ def at(mu: float, deviation: float, status: Status = Status.USED) -> Estimate:
 def test_the_plan_speaks_for_the_frictions_beside_the_estimate(
     mu: float, deviation: float, reason: str
 ) -> None:
-    assert planned_failure_text(Planned(), at(mu, deviation)) == reason  # type: ignore[arg-type]
-    assert planned_failure_text(AllReached(), at(mu, deviation)) == ""  # type: ignore[arg-type]
+    assert unreached_friction_text(Planned(), at(mu, deviation)) == reason  # type: ignore[arg-type]
+    assert unreached_friction_text(AllReached(), at(mu, deviation)) == ""  # type: ignore[arg-type]
 
 
 def test_an_effective_friction_is_what_a_plan_is_for() -> None:
     estimate = replace(at(0.1, 0.02), mu_eff=0.4)
 
-    assert planned_failure_text(Planned(), estimate).endswith("twice the angle")  # type: ignore[arg-type]
+    assert unreached_friction_text(Planned(), estimate).endswith("twice the angle")  # type: ignore[arg-type]
 
 
 MORE_TIME = "; no limit but the time was met: more time or a wider target may do"

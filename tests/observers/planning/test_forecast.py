@@ -6,7 +6,7 @@ import pytest
 
 from observers import AligningTorque, DirectionalFriction, Ekf, Mhe, Sample, SteeringTorque, run
 from observers.planning.forecast import Forecaster, irreducible_mu_std
-from observers.planning.steering_path import SteeringPath, fastest_path
+from observers.planning.steering_limits_and_paths import SteeringPath, fastest_path
 from symbolic import Rig, Tolerances
 from tests.observers.factories import found_model
 from tests.observers.planning.conftest import LOAD, RIG, observe_on_rig

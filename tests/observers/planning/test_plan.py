@@ -8,7 +8,7 @@ import pytest
 from observers import Ekf, Plan, SteeringLimits, plan, profile, run
 from observers.planning.forecast import Forecaster
 from observers.planning.plan import _PathSearch
-from observers.planning.steering_path import fastest_path
+from observers.planning.steering_limits_and_paths import fastest_path
 from symbolic import InvalidInputError
 from tests.observers.planning.conftest import LOAD, observe_on_rig
 
@@ -119,7 +119,7 @@ def test_a_wider_limit_never_makes_the_plan_worse(acquiring: Ekf, seed: int) -> 
         of = {"travel": found.path.travel, "time": found.path.t}
         along = of.get(objective, np.maximum.accumulate(np.abs(found.path.psi)))
         ends = [along[at] for at in found.reached if at is not None]
-        least = [one.usable_deviations(limits["torque"]).min() for one in found.forecasts]
+        least = [one.deviations_or_inf(limits["torque"]).min() for one in found.forecasts]
         costs.append((len(found.reasons), max(np.minimum(least, 1) if found.reasons else ends)))
 
     assert costs[1] <= costs[0]
@@ -231,7 +231,7 @@ def test_the_deviation_shown_where_a_target_is_reached_is_usable_and_within_it(a
 
     assert told.reasons == ()
     for at, forecast in zip(told.reached, told.forecasts, strict=True):
-        assert forecast.usable_deviations(np.inf)[at] <= 0.15
+        assert forecast.deviations_or_inf(np.inf)[at] <= 0.15
 
 
 @pytest.mark.long

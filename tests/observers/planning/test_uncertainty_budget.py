@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from observers import Ekf, Estimates, Tuning, run, uncertainty_budget
-from observers.planning.steering_path import SteeringPath, fastest_path
+from observers.planning.steering_limits_and_paths import SteeringPath, fastest_path
 from observers.planning.uncertainty_budget import REST, SLOPE
 from observers.tuning import OF_LENGTHS, OF_LOAD
 from symbolic import InvalidInputError, Tolerances

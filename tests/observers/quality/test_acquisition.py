@@ -25,10 +25,10 @@ from observers.quality.mu_over_k_hypotheses import (
     SETTINGS,
     build_hypothesis_search_start,
     build_one_hypothesis_update,
-    entry_name,
     hypothesis_fields,
     hypothesis_states,
     hypothesis_variance,
+    udu_entry_name,
 )
 from observers.tuning import Tuning, tuning_with_tolerances
 from reference_rig import (
@@ -64,7 +64,7 @@ def test_a_hypothesis_is_linear_least_squares() -> None:
     information = H.T @ H / variance + np.diag([1 / 0.25, 1 / 0.04, 1 / 100.0])
     covariance = np.linalg.inv(information)
     mean = covariance @ (H.T @ measured / variance + np.array([0.0, 0.0, 1 / 100.0]))
-    factor = np.array([[found.get(entry_name(one, other), 0.0) for other in order] for one in order])
+    factor = np.array([[found.get(udu_entry_name(one, other), 0.0) for other in order] for one in order])
     np.testing.assert_allclose([found[name] for name in order], mean, rtol=1e-9)
     np.testing.assert_allclose(covariance_of(factor), covariance, rtol=1e-9)
     variances = [hypothesis_variance(found, name) for name in order]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from observers import PROFILES, Ekf, Estimates, Status, SteeringTorque, causal_rate, run
-from observers.planning.steering_path import fastest_path
+from observers.planning.steering_limits_and_paths import fastest_path
 from observers.quality.equivalent_patch import REST, build_equivalent_contact, build_patch_angle
 from observers.quality.hysteresis_branches import loads_of_branches
 from reference_rig import (
@@ -22,7 +22,7 @@ from reference_rig import (
     simulate_bristles,
 )
 from symbolic import Rig
-from symbolic.full_slide import build_full_slide
+from symbolic.full_slide_friction import build_full_slide
 from symbolic.patch_moment import full_slide_arm
 from tests.observers.conftest import RIG, K
 from tests.observers.factories import found_model

@@ -21,7 +21,7 @@ from observers.quality.acquisition import (
 from observers.quality.acquisition_and_tracking import MAY_HAVE_MOVED, _search_restart_moments
 from observers.quality.hypotheses_verdict import VERDICT
 from observers.quality.hysteresis_branches import TRACK, build_new_ground_branches
-from observers.quality.innovation_attribution import IN_A_ROW, smoothed_innovation
+from observers.quality.innovation_attribution import IN_A_ROW, smoothed_innovation_test
 from observers.quality.mu_over_k_hypotheses import (
     RESTART_STD,
     SETTINGS,
@@ -331,7 +331,7 @@ def test_of_the_noise_a_smoothed_innovation_has_a_part() -> None:
     def tested(lasting: float) -> tuple[bool, bool]:
         values = ({**own, "lasting": lasting}, output, lasting, 0.01, 0.3**2, [K, 0.045, 0.009], limits)
         inputs = dict(zip(names, map(ca.DM, (0, 0, *values[2:])), strict=True))
-        _, beyond, clear = smoothed_innovation(inputs, values[0], values[1], ca.DM(0))
+        _, beyond, clear = smoothed_innovation_test(inputs, values[0], values[1], ca.DM(0))
         return bool(beyond), bool(clear)
 
     limit = 0.3 * np.sqrt(3 / (2 * 10 - 1))

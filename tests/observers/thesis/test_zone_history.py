@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from identification import read_recording
-from identification.thesis.published_estimate import (
+from identification.thesis.published_author_estimate import (
     author_estimate_file,
     begin_of_part,
     read_author_estimate,
@@ -56,10 +56,10 @@ def test_true_zones_are_those_of_the_exact_patch() -> None:
     psi = path(0.0, *(0.3 * rng.uniform(0.2, 1, 14) * (-1) ** np.arange(14)))
     patch = ZonePatch()
     inputs = PatchInputs(speed=0.0, dt=0.01, F_N=400.0, factor=1.0, mu=1.2, k=2.4e6, a=0.045, e=0.009)
-    before, turn = ca.MX.sym("memory", patch.size), ca.MX.sym("turn")
+    before, turn = ca.MX.sym("memory", patch.memory_size), ca.MX.sym("turn")
     advanced = patch.advance(before, turn, patch.coefficients(inputs))
     advance = ca.Function("advance", [before, turn], [advanced])
-    memory, found = patch.initial(), []
+    memory, found = patch.virgin_memory(), []
     for angle in np.diff(psi, prepend=psi[0]):
         memory = advance(memory, angle).full().ravel()
         corners = memory[: patch.corners]

@@ -19,7 +19,7 @@ from symbolic.vehicle.contact_about_kingpin import (
 from symbolic.vehicle.mean_wheel import (
     aligning_torque_with_friction,
     equivalent_contact_angle,
-    friction_uncertainties,
+    mu_std_by_cause,
 )
 from symbolic.vehicle.steering import (
     jacking_torque,
@@ -201,7 +201,7 @@ def test_the_load_is_in_the_half_length_where_that_follows_from_it(half_length: 
     growth = np.log(slides[1] / slides[0]) / np.log(1.02)
 
     # Any value within a tolerance is as likely; that of the load is 10 %.
-    of_load = friction_uncertainties(car, brakes=True)["front_axle_load"]
+    of_load = mu_std_by_cause(car, brakes=True)["front_axle_load"]
     assert of_load == pytest.approx(0.1 * EVEN * growth, rel=0.01)
 
 
@@ -211,7 +211,7 @@ def test_the_scale_of_the_force_is_in_friction_until_the_tyres_are_identified() 
 
     # Tolerances of the scale add up in quadrature.
     assert floors[0] - floors[1] == pytest.approx(0.2**2 - 0.05**2)
-    assert "force_scale" not in friction_uncertainties(replace(rough, slide_factor=1.1), brakes=True)
+    assert "force_scale" not in mu_std_by_cause(replace(rough, slide_factor=1.1), brakes=True)
 
 
 def test_force_on_the_rack_as_torque_of_a_wheel() -> None:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from observers import SteeringLimits
-from observers.planning.steering_path import fastest_path
+from observers.planning.steering_limits_and_paths import fastest_path
 from symbolic import InvalidInputError
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from observers import CLEAN, Ekf, Mhe, Status, Tuning, run
 from observers.measurement.directional_friction import EXCHANGED
-from observers.quality.friction_change_detection import (
+from observers.quality.friction_change_by_stroke import (
     REFERENCE,
     STEADY_WALK,
     has_friction_changed,

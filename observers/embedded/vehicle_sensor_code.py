@@ -4,7 +4,7 @@ from pathlib import Path
 
 import casadi as ca
 
-from observers.embedded.generated_files import file_mark, write_generated
+from observers.embedded.generated_file_checks import file_mark, write_generated
 from observers.embedded.jinja_templates import render
 from observers.embedded.scalar_type import Real, code_in_type, prefix_own_c_names
 from observers.layout import symbols

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from identification import Channel, LowPass, Recording
-from identification.reading.sensor_saturation import SensorSaturation, sensor_saturation
 from identification.reading.trimming_and_thinning import recording_at_samples
+from identification.reading.undeclared_sensor_limit import SensorSaturation, detect_saturation
 from reference_rig import RigRecording, free_path, make_recording, simulate_bristles
 from tests.identification.factories import as_read, with_torque
 
@@ -21,7 +21,7 @@ def seen(one: RigRecording, M_z: np.ndarray) -> Recording:
 
 
 def ending(recording: Recording) -> SensorSaturation | None:
-    return sensor_saturation(recording.aligning_or_steering_torque, recording.psi, recording.F_N)
+    return detect_saturation(recording.aligning_or_steering_torque, recording.psi, recording.F_N)
 
 
 def noise(one: RigRecording, std: float) -> np.ndarray:

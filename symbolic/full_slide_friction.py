@@ -16,14 +16,14 @@ from functools import cache
 import casadi as ca
 
 from symbolic.casadi_functions import named_function
-from symbolic.effects.base import Composition, Effect, Values
+from symbolic.effects.base import Effect, ModelProtocol, Values
 from symbolic.patch_interface import Expression, PatchInputs, Signals, patch_inputs
 from symbolic.patch_moment import full_slide_arm
 
 
 @cache
 def build_full_slide(
-    model: Composition, of_patch: Callable[[PatchInputs], Expression] | None = None
+    model: ModelProtocol, of_patch: Callable[[PatchInputs], Expression] | None = None
 ) -> ca.Function:
     """(memory, F_N, theta, geometry, rate) -> (mu_eff, M_slide) of a model.
 
@@ -36,13 +36,13 @@ def build_full_slide(
     """
     memory, rate, F_N = ca.MX.sym("memory", model.memory_size), ca.MX.sym("rate"), ca.MX.sym("F_N")
     _, theta, geometry = model.input_symbols()
-    angle, _, own = model.split_memory(memory)
+    angle, _, own = model.split_angle_patch_effects(memory)
     effects = model.values_by_effect(theta)
     # No steady torque depends on the time step.
     forth = Signals(psi=angle, psi_dot=rate, F_N=F_N, dt=1)
     sides = (forth, replace(forth, psi_dot=-rate))
     factors, torques = zip(
-        *(friction_factor_and_torque(effects, own, side) for side in sides), strict=True
+        *(effect_factor_and_torque(effects, own, side) for side in sides), strict=True
     )
     # The patch itself slides alike to both sides, and in proportion to the factor on its limit.
     inputs = patch_inputs(forth, (factors[0] + factors[1]) / 2, theta, geometry)
@@ -54,7 +54,7 @@ def build_full_slide(
     return named_function("full_slide", given, outputs, cse=True)
 
 
-def friction_factor_and_torque(
+def effect_factor_and_torque(
     effects: Sequence[tuple[Effect, Values]], own: list[Expression], side: Signals
 ) -> tuple[Expression, Expression]:
     """Factor on the limit [1], and torque of the ground beside the patch [N m], of all effects."""

@@ -9,8 +9,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from observers.embedded import casadi_c
-from observers.embedded.casadi_c import casadi_text, embedded_code
+from observers.embedded import casadi_c_reduction
+from observers.embedded.casadi_c_reduction import casadi_text, embedded_code
 from observers.embedded.scalar_type import DOUBLE, SINGLE, Real, count_names
 from observers.quality.hypotheses_verdict import build_hypotheses_verdict
 from symbolic import BrushgripError, compiler
@@ -73,7 +73,7 @@ def test_casadi_writes_what_is_rewritten(name: str) -> None:
     x = ca.SX.sym("x")
     ratio = ca.Function("ratio", [x], [ca.if_else(ca.logic_or(x > 0, ca.logic_not(x)), 1 / x, ca.inf)])
     text = casadi_text([everything(), ratio, build_hypotheses_verdict()], SINGLE, "pre")
-    piece = getattr(casadi_c, name)
+    piece = getattr(casadi_c_reduction, name)
     pieces = [piece] if isinstance(piece, re.Pattern) else list(piece)
     patterns = [pattern[0] if isinstance(pattern, tuple) else pattern for pattern in pieces]
     absent = [
@@ -84,7 +84,7 @@ def test_casadi_writes_what_is_rewritten(name: str) -> None:
 
     assert not absent, (
         f"CasADi {ca.CasadiMeta.version()} does not write {absent}:"
-        f" revise {name} in observers/embedded/casadi_c.py"
+        f" revise {name} in observers/embedded/casadi_c_reduction.py"
     )
 
 
@@ -109,7 +109,7 @@ def test_unknown_text_is_an_error(
 ) -> None:
     text = casadi_text([everything()], SINGLE, "pre")
     assert old in text
-    monkeypatch.setattr(casadi_c, "casadi_text", lambda *_: text.replace(old, new))
+    monkeypatch.setattr(casadi_c_reduction, "casadi_text", lambda *_: text.replace(old, new))
     version = re.escape(ca.CasadiMeta.version())
 
     with pytest.raises(BrushgripError, match=rf"CasADi {version} .*{re.escape(message)}"):

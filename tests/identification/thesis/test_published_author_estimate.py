@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identification.thesis.published_estimate import (
+from identification.thesis.published_author_estimate import (
     author_estimate_file,
     begin_of_part,
     read_author_estimate,

@@ -10,9 +10,9 @@ from identification import Recording, fit, read_recording
 from identification.fits.least_squares_problem import LeastSquaresProblem
 from identification.fits.options import FitOptions
 from identification.fits.parameter_values import initial_guess
-from identification.reading.declared_torques import (
+from identification.reading.declared_car_torques import (
     declared_vehicle_torques,
-    standstill_less_gear_friction,
+    widest_standstill_less_gear,
 )
 from identification.reading.trimming_and_thinning import trimmed
 from symbolic import Model
@@ -33,7 +33,7 @@ def recorded(path: Path, *, rolls: bool = False, **declared: object) -> Recordin
 
 def test_the_declared_gear_is_taken_off(tmp_path: Path) -> None:
     whole = recorded(tmp_path / "car.csv", gear_load_share=0.0)
-    alone, note = standstill_less_gear_friction(whole)
+    alone, note = widest_standstill_less_gear(whole)
     turning = np.flatnonzero(np.abs(whole.psi_dot) > 0.1)[1:]
 
     assert note == ""
@@ -43,7 +43,7 @@ def test_the_declared_gear_is_taken_off(tmp_path: Path) -> None:
 
 def test_a_gear_declared_wrongly_is_found_within_its_tolerance(tmp_path: Path) -> None:
     whole = recorded(tmp_path / "car.csv", gear_friction=250.0, gear_load_share=0.0)
-    alone, _ = standstill_less_gear_friction(whole)
+    alone, _ = widest_standstill_less_gear(whole)
     fitted = fit(Model(corners=16), [alone])
 
     assert set(declared_vehicle_torques(alone)) == {"gear_share"}
@@ -53,7 +53,7 @@ def test_a_gear_declared_wrongly_is_found_within_its_tolerance(tmp_path: Path) -
 
 def test_derivatives_by_the_shares(tmp_path: Path) -> None:
     declared = {"inclination": 0.2, "caster": 0.05, "damping": 20.0}
-    alone, _ = standstill_less_gear_friction(recorded(tmp_path / "car.csv", **declared))
+    alone, _ = widest_standstill_less_gear(recorded(tmp_path / "car.csv", **declared))
     model = Model(corners=16)
     problem = LeastSquaresProblem(model, [alone], initial_guess(model, [alone]), FitOptions())
     x = problem.start_coordinates()
@@ -68,7 +68,7 @@ def test_derivatives_by_the_shares(tmp_path: Path) -> None:
 
 def test_the_standstill_with_most_steering_is_kept(tmp_path: Path) -> None:
     whole = recorded(tmp_path / "car.csv", rolls=True)
-    alone, note = standstill_less_gear_friction(trimmed(whole, 1.0, 5.5))
+    alone, note = widest_standstill_less_gear(trimmed(whole, 1.0, 5.5))
 
     assert (alone.t[0], alone.t[-1]) == (2.5, 5.5)
     assert "of 2 standstills that from 2.5 to 5.5 s" in note
@@ -78,5 +78,5 @@ def test_the_standstill_with_most_steering_is_kept(tmp_path: Path) -> None:
 def test_a_wheel_on_a_rig_stays_as_it_is(tmp_path: Path) -> None:
     wheel = replace(recorded(tmp_path / "car.csv"), standstills=None)
 
-    assert standstill_less_gear_friction(wheel) == (wheel, "")
+    assert widest_standstill_less_gear(wheel) == (wheel, "")
     assert declared_vehicle_torques(wheel) == {}

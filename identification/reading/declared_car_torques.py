@@ -21,7 +21,7 @@ from identification.reading.trimming_and_thinning import recording_at_samples
 from symbolic.float_array import Array
 from symbolic.parameters import EVEN
 from symbolic.vehicle.contact_about_kingpin import contact_growth_at_full_lock
-from symbolic.vehicle.mean_wheel import lever_growth_at_lock, rig_of
+from symbolic.vehicle.mean_wheel import lever_and_contact_growth, rig_of
 from symbolic.vehicle.steering import jacking_torque, lock_angle
 
 JACKING, GROWTH = 0.08, 0.5
@@ -61,7 +61,7 @@ def declared_vehicle_torques(recording: Recording) -> Mapping[str, TorqueWithTol
     return {n: TorqueWithTolerance(c, tol) for n, (c, tol) in declared.items() if tol > 0 and np.any(c)}
 
 
-def standstill_less_gear_friction(recording: Recording) -> tuple[Recording, str]:
+def widest_standstill_less_gear(recording: Recording) -> tuple[Recording, str]:
     """The standstill of a car in which it was steered farthest, its gear's declared friction taken off.
 
     A note tells where it has others; a wheel on a rig stays as it is.
@@ -93,7 +93,7 @@ def _declared_gear_friction_torque(recording: Recording, car: Standstills) -> Ar
         side = 1.0 if angle >= before else -1.0
         slip = side - (side - slip) * np.exp(-abs(angle - before) / presliding)
         slips.append(slip)
-    at_lock = lever_growth_at_lock(vehicle, brakes=car.brakes[0]) / lock_angle(vehicle) ** 2
+    at_lock = lever_and_contact_growth(vehicle, brakes=car.brakes[0]) / lock_angle(vehicle) ** 2
     level = vehicle.steering_arm / 2 * vehicle.gear_friction / (1 + at_lock * psi**2)
     level = level + vehicle.gear_load_share * np.abs(np.nan_to_num(recording.M_z))
     return np.asarray(-level * np.array(slips))

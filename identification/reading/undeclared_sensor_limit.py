@@ -68,7 +68,7 @@ class SensorSaturation:
     sign: str
 
 
-def sensor_saturation(torque: Array, psi: Array, F_N: Array) -> SensorSaturation | None:
+def detect_saturation(torque: Array, psi: Array, F_N: Array) -> SensorSaturation | None:
     """Where the sensor of the torque seems to end; None where nothing says that it does.
 
     Args:

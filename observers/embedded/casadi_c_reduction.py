@@ -85,7 +85,7 @@ def embedded_code(functions: Sequence[ca.Function], real: Real, prefix: str) -> 
         text = text.replace(old, new)
     for pattern, replacement in COMPARISONS:
         text = pattern.sub(replacement, text)
-    text = STATIC_FUNCTION.sub(_mark_unused_and_zero_work, text)
+    text = STATIC_FUNCTION.sub(_mark_unused_and_init_work, text)
     # Each table has a macro that gives it its prefix, and its definition; those not used are left out.
     count = count_names(text)
     text = TABLE.sub(lambda match: match.group() if count[match[1]] > 2 else "", text)
@@ -145,7 +145,7 @@ def _make_static_or_drop(match: re.Match[str], names: frozenset[str]) -> str:
     return f"static {match.group()}" if needed else ""
 
 
-def _mark_unused_and_zero_work(match: re.Match[str]) -> str:
+def _mark_unused_and_init_work(match: re.Match[str]) -> str:
     """A function with its unused parameters marked and its scalar work variables set to 0."""
     head, parameters, body = match.groups()
     used = count_names(body)
