@@ -143,7 +143,7 @@ def along(planned: Plan) -> Command:
     path = planned.path
     far = max(np.abs(path.psi).max(), 0.02)
     swing = np.concatenate([path.psi, *[np.linspace(s * far, -s * far, 200) for s in (1, -1) * 4]])
-    return lambda t, *_: (float(swing[min(int(t / path.dt), swing.size - 1)]), False)
+    return lambda t, *_: (float(swing[min(round(t / path.dt), swing.size - 1)]), False)
 
 
 def led(probe: Probe) -> Command:

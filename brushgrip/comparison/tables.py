@@ -39,7 +39,10 @@ def text_tables(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) ->
     )
     times = (
         ("length [s]", *(f"{_recording_duration(result):.1f}" for result in results)),
-        *((row.method, *map(_time, metrics_by_case(results, row.method, "theta"))) for row in rows),
+        *(
+            (row.method, *map(_time_ratio_text, metrics_by_case(results, row.method, "theta")))
+            for row in rows
+        ),
     )
     return [
         (f"Mean over {len(results)} recordings", means, (*published, *own)),
@@ -100,7 +103,7 @@ def _markdown_row(cells: Sequence[str]) -> str:
 def _cells(name: str, row: MethodSummary) -> Cells:
     beyond = "in part" if row.works_beyond_five_zones is None else _yes(row.works_beyond_five_zones)
     errors = map(_error, (row.rmse, row.spread))
-    return (name, *errors, _time(row.theta), beyond, _yes(row.gives_deviation))
+    return (name, *errors, _time_ratio_text(row.theta), beyond, _yes(row.gives_deviation))
 
 
 def metrics_by_case(results: Sequence[CaseScores], method: str, name: str) -> list[float | None]:
@@ -120,7 +123,7 @@ def _error(value: float | None) -> str:
     return "–" if value is None or not np.isfinite(value) else f"{value:.3f}"
 
 
-def _time(value: float | None) -> str:
+def _time_ratio_text(value: float | None) -> str:
     return "–" if value is None else f"{value:.1e}" if value < 1e-2 else f"{value:.3f}"
 
 

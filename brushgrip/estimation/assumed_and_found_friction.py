@@ -200,9 +200,7 @@ def friction_by_both_models(
     # To build an observer takes longer than to run it, and one serves all recordings.
     outcomes: dict[str, dict[str, _TrackAndConsistency]] = results_of(
         {
-            label: submit(
-                _tracks_and_consistency, observer, model, some, by_found if model else by_declared, load
-            )
+            label: submit(_tracks_of, observer, model, some, by_found if model else by_declared, load)
             for label, (observer, model, some) in runs.items()
         }
     )
@@ -246,7 +244,7 @@ def _friction_without_stand_ins(
     }
 
 
-def _tracks_and_consistency(
+def _tracks_of(
     observer: ObserverName,
     model: FoundModel | None,
     recordings: Sequence[Recording],

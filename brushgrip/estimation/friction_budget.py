@@ -4,7 +4,7 @@ from math import hypot
 
 import numpy as np
 
-from brushgrip.estimation.observe_recording import ObserverFactory, run_arguments, with_mean_wheel
+from brushgrip.estimation.observe_recording import ObserverFactory, run_arguments, with_mean_wheel_rig
 from brushgrip.wording.formatting import listed
 from identification import FoundModel, Recording
 from observers import Ekf, Estimates, uncertainty_budget
@@ -56,7 +56,7 @@ def friction_budget(
         of_stretch = np.flatnonzero(car.stretch == number)
         channels = {n: c if c is None else c[of_stretch] for n, c in channels.items()}
         channels |= {"psi_dot": None}
-        held, at = with_mean_wheel(recording, car, car.brakes[number]), at - int(of_stretch[0])
+        held, at = with_mean_wheel_rig(recording, car, car.brakes[number]), at - int(of_stretch[0])
     observer = factory(held, found)
     if not isinstance(observer, Ekf):
         return {}

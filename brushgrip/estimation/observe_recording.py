@@ -37,11 +37,7 @@ from observers import (
     smooth,
     tuning_for,
 )
-from observers.quality.usable_stretches import (
-    last_uncontradicted,
-    steadily_usable_index,
-    usable_between_torques,
-)
+from observers.quality.usable_stretches import last_uncontradicted, steadily_usable_index, usable_held
 from symbolic import InvalidInputError, Model, rig_of
 from symbolic.float_array import Array
 
@@ -201,9 +197,8 @@ def observe(
     try:
         observer = factory(recording, found)
     except InvalidInputError as error:
-        raise InvalidInputError(
-            f"{recording.name}: {name_channel_in_remedy(recording, str(error))}"
-        ) from None
+        remedy = name_channel_in_remedy(recording, str(error))
+        raise InvalidInputError(f"{recording.name}: {remedy}") from None
     if not smoothed:
         single = observer_with_single_friction(observer)
         estimates = run(observer, **run_arguments(recording))
@@ -223,7 +218,7 @@ def _over_standstills(
 ) -> Estimates:
     """Friction of a car, each standstill by an observer of its own."""
     of_brakes = {
-        b: factory(with_mean_wheel(recording, standstills, b), found) for b in standstills.brakes
+        b: factory(with_mean_wheel_rig(recording, standstills, b), found) for b in standstills.brakes
     }
     return run_standstills(
         [of_brakes[brakes] for brakes in standstills.brakes], standstills.stretch, t=recording.t,
@@ -231,7 +226,7 @@ def _over_standstills(
     )  # fmt: skip
 
 
-def with_mean_wheel(recording: Recording, standstills: Standstills, brakes_held: bool) -> Recording:
+def with_mean_wheel_rig(recording: Recording, standstills: Standstills, brakes_held: bool) -> Recording:
     """The recording of a car with its mean wheel, brakes held or not."""
     rig, tyre = rig_of(standstills.vehicle, brakes=brakes_held)
     own = replace(standstills, brakes=(brakes_held,))
@@ -292,7 +287,7 @@ def friction_track(
         t=estimates.t,
         mu=mu_eff_or_mu(estimates),
         mu_std=estimates.mu_eff_std,
-        usable=usable_between_torques(estimates),
+        usable=usable_held(estimates),
         changes=estimates.t[estimates.status & Status.RESET != 0],
         inconsistent=(estimates.status & Status.INCONSISTENT != 0) & estimates.has_measured_torque,
         turn=estimates.turn,

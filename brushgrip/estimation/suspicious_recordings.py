@@ -14,7 +14,7 @@ from brushgrip.estimation.observe_recording import (
     angle_nan_where_imputed,
     samples_of,
     torque_channel_name,
-    with_mean_wheel,
+    with_mean_wheel_rig,
 )
 from brushgrip.estimation.signal_map_remedy import TIME, causes_with_map
 from brushgrip.wording.formatting import band_decimals
@@ -106,7 +106,7 @@ def car_force_slope_note(factory: ObserverFactory, recording: Recording, at: int
     if (car := recording.standstills) is None:
         return ""
     number = int(car.stretch[at])
-    held = with_mean_wheel(recording, car, car.brakes[number])
+    held = with_mean_wheel_rig(recording, car, car.brakes[number])
     observer, first = factory(held, None), int(np.argmax(car.stretch == number))
     if not isinstance(observer, Ekf | Mhe):
         return ""

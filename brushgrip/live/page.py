@@ -96,7 +96,7 @@ class LiveView:
             self.button.label = "Stop recording" if self._session.recording else "Record"
         self.sent.name = str(number + 1)
 
-    def on_document_ready(self, _: Any) -> None:
+    def mark_first_update_shown(self, _: Any) -> None:
         """The browser shows what it found when it opened the page."""
         self.sent.text = self.sent.name
 
@@ -193,7 +193,7 @@ def serve_page(session: Session, host: str, port: int, opened: Callable[[str], N
         document.add_root(view.layout())
         document.add_root(view.sent)
         view.update()
-        document.on_event("document_ready", view.on_document_ready)
+        document.on_event("document_ready", view.mark_first_update_shown)
         document.add_periodic_callback(view.update, PERIOD)
 
     page = application.Application(function.FunctionHandler(show))

@@ -120,9 +120,7 @@ def _effect_names(effects: Iterable[FoundEffect]) -> list[str]:
 def _family_and_laws(name: str, effects: list[FoundEffect]) -> str:
     """The mechanism, then the effects that are laws of it; an effect of none by its own name."""
     if name in ("other", effects[0].name):
-        return listed(
-            [effect_words(effect.name) + _rivals_clause(effect, " (or {})") for effect in effects]
-        )
+        return listed([effect_words(one.name) + _rivals_clause(one, " (or {})") for one in effects])
     laws = [effect_words(effect.name) + _rivals_clause(effect, ", or {}") for effect in effects]
     return f"{effect_words(name)} ({'; '.join(laws)})"
 

@@ -24,7 +24,7 @@ POINTS = 60
 """Points of a curve, and of each leg of a loop."""
 
 
-def found_families(
+def families_with_curves(
     found: Sequence[FoundEffect], fitted: Fit, training: Sequence[Recording]
 ) -> tuple[FoundFamily, ...]:
     """Families of the effects found, in order; a curve is that of the recording of median error."""

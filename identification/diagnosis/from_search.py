@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from identification.diagnosis.effect_family_curves import found_families
+from identification.diagnosis.effect_family_curves import families_with_curves
 from identification.diagnosis.found_vs_declared_stiffness import (
     compare_fitted_stiffness,
     farthest_stiffness_ratio,
@@ -72,7 +72,7 @@ def build_diagnosis(
         before=errors_before,
         after=errors_after,
         effects=effects,
-        families=found_families(effects, fitted, training),
+        families=families_with_curves(effects, fitted, training),
         candidates=_candidates(steps[0], training),
         unexplained=left,
         parameters=estimates,
@@ -192,7 +192,9 @@ def _fitted_estimates(
     units, estimates = units_of(fitted.model) | TOLERATED, {}
     spread = standard_deviations(fitted, recordings)
     nameless = {None, UNNAMED_GROUND} if len(fitted.values.grounds) == 1 else {None}
-    for (owner, name), deviation, own in zip(fitted.labels, spread, fitted.own_columns, strict=True):
+    for (owner, name), deviation, own in zip(
+        fitted.labels, spread, fitted.recording_columns, strict=True
+    ):
         if shared and own:
             continue
         value = fitted.values.at((owner, name))

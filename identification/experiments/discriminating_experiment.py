@@ -159,7 +159,7 @@ class _RefittedRival(_SimulatedModel):
 
 def _information_root(fitted: Fit, columns: Sequence[int]) -> Array:
     """Root of the recordings' information on these columns, zero for a recording's own parameters."""
-    shared = [i for i, own in enumerate(fitted.own_columns) if not own and i in columns]
+    shared = [i for i, own in enumerate(fitted.recording_columns) if not own and i in columns]
     own = [i for i in range(len(fitted.labels)) if i not in shared]
     known = fitted.prior_weights > 0
     rows = np.concatenate([fitted.jacobian, np.diag(fitted.prior_weights)[known]])

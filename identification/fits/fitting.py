@@ -70,7 +70,7 @@ class Fit:
     prior_steps: Array
 
     @property
-    def own_columns(self) -> tuple[bool, ...]:
+    def recording_columns(self) -> tuple[bool, ...]:
         """For each column, whether it belongs to a recording, not to the tyre or a ground."""
         return tuple(owner in self.residuals for owner, _ in self.labels)
 
@@ -189,7 +189,7 @@ AT_BOUND = 1e-3
 def parameters_at_bounds(fitted: Fit) -> Iterator[tuple[str, str, str]]:
     """Shared parameters that end where their range does: effect, name, and the same in words."""
     named = {parameter_name(effect, p): (effect, p) for effect, p in fitted.model.parameters if effect}
-    for (owner, name), own in zip(fitted.labels, fitted.own_columns, strict=True):
+    for (owner, name), own in zip(fitted.labels, fitted.recording_columns, strict=True):
         if own or name not in named:
             continue
         effect, parameter = named[name]

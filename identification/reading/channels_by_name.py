@@ -193,11 +193,8 @@ def map_hint(
     }
     load = CONSTANT_LOAD if [*absent] == ["F_N"] and channels["F_N"] is None else ""
     ratio = SignalSource(channel="psi", ratio=signals.steering_ratio).ratio_hint if of_hand else ""
-    taken = (
-        ""
-        if "M_z" in of_hand
-        else _assumed_torque_note(channels.get("M_z") if "M_z" in guessed else None)
-    )
+    assumed = _assumed_torque_note(channels.get("M_z") if "M_z" in guessed else None)
+    taken = "" if "M_z" in of_hand else assumed
     which = f"; say which is which{IN_PYTHON * in_python}"
     return f"{load}{taken}{which}, such as {corrected_map_text({}, changed)}{ratio}"
 

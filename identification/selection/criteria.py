@@ -105,8 +105,8 @@ def addition_justified(richer: Trial, present: Trial, by: ComparisonBasis) -> bo
     if not (falls and present.nrmse**2 - richer.nrmse**2 > criteria.resolution**2):
         return False
     mean, error = error_reduction(richer.judgement, present.judgement, criteria.long_block)
-    predicted = richer.held_out is not None and sum(richer.fitted.own_columns) == sum(
-        present.fitted.own_columns
+    predicted = richer.held_out is not None and sum(richer.fitted.recording_columns) == sum(
+        present.fitted.recording_columns
     )
     allowed = criteria.strong if predicted and mean > criteria.clear * error else 0.0
     return delta_bic(richer.fitted, present.fitted, by.training) < allowed
@@ -194,7 +194,7 @@ def distinguishable(best: Trial, other: Trial, criteria: SelectionCriteria) -> b
 
 def overfits_judging_recordings(trial: Trial, other: Trial, training: Sequence[Recording]) -> bool:
     """Whether a trial's lower error comes from more parameters fitted to the judging recordings."""
-    fits_more = sum(trial.fitted.own_columns) > sum(other.fitted.own_columns)
+    fits_more = sum(trial.fitted.recording_columns) > sum(other.fitted.recording_columns)
     return fits_more and delta_bic(trial.fitted, other.fitted, training) > 0
 
 

@@ -31,7 +31,7 @@ def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Arr
         return dict(fitted.residuals)
     owners = np.array([owner or "" for owner, _ in fitted.labels])
     grounds = [ground_of(recording) for recording in recordings]
-    shared = ~np.array(fitted.own_columns)
+    shared = ~np.array(fitted.recording_columns)
     relative = shares_of_torque_range(fitted.residuals, recordings)
     present = {name: np.isfinite(share) for name, share in relative.items()}
     stacked = np.concatenate([share[present[name]] for name, share in relative.items()])

@@ -94,7 +94,7 @@ class Search:
     def _step(self, current: Trial, steps: Sequence[SearchStep]) -> SearchStep:
         """Add an effect, else remove one, else exchange one, else nothing."""
         present = self._evaluate_present_model(current)
-        active, idle = self._active_and_idle(current.effects, steps)
+        active, idle = self._active_and_idle_candidates(current.effects, steps)
         added = self._add(present, active, ())
         # A law that gained nothing before may now do as well as that of its family which was added, one
         # of no family as well as any.
@@ -118,7 +118,7 @@ class Search:
         precision = with_prior_weights(precision, coarse)
         return SearchStep(before=current, coarse_before=coarse, precision=precision)
 
-    def _active_and_idle(
+    def _active_and_idle_candidates(
         self, present: Effects, steps: Sequence[SearchStep]
     ) -> tuple[list[Effect], list[Effect]]:
         """Candidates to try, and those to try only if none of them is added: idle in the last steps."""

@@ -260,7 +260,7 @@ class AligningTorque:
     ) -> tuple[Parts, Parts]:
         """All states are random walks."""
         del M_z, last
-        return predict_random_walk(x, self._full_slide_torque(now, rig), now["dt"], tuning)
+        return predict_random_walk(x, self._unit_slide_torque(now, rig), now["dt"], tuning)
 
     def measurement(
         self, x: Parts, M_z: Expression, now: Parts, rig: Parts, tuning: Parts
@@ -268,7 +268,7 @@ class AligningTorque:
         """The aligning torque with the zero of its channel [N m]."""
         return self._torque_measurement(M_z + x.get("M_0", 0), x, now, rig, tuning)
 
-    def _full_slide_torque(self, now: Parts, rig: Parts) -> Expression:
+    def _unit_slide_torque(self, now: Parts, rig: Parts) -> Expression:
         """Torque of full slide at mu = 1 [N m]."""
         return full_slide_torque(now["F_N"], rig["a"])
 
@@ -277,7 +277,7 @@ class AligningTorque:
         unsure: Expression = 0,
     ) -> Measurement:  # fmt: skip
         """The measurement of a torque; unsure is a deviation of what is expected that lasts [N m]."""
-        slide_torque, dt = self._full_slide_torque(now, rig), ca.fmin(now["interval"], MAX_WEIGHTED_STEP)
+        slide_torque, dt = self._unit_slide_torque(now, rig), ca.fmin(now["interval"], MAX_WEIGHTED_STEP)
         independent = independent_sample_share(now["travel"], tuning["error_travel"])
         noise, error = (
             relative_sensor_noise_variance(rig, tuning, slide_torque),

@@ -148,6 +148,6 @@ class RackForce(AligningTorque):
         expected = M_z + x.get("M_0", 0) + x.get("gear", 0) * now["dry"]
         return self._torque_measurement(expected, x, now, rig, tuning, now["dry_std"])
 
-    def _full_slide_torque(self, now: Parts, rig: Parts) -> Expression:
+    def _unit_slide_torque(self, now: Parts, rig: Parts) -> Expression:
         """Torque of full slide at mu = 1 [N m]."""
         return now["F_N"] * full_slide_arm(rig["a"], rig["e"])

@@ -170,7 +170,7 @@ class Forecaster:
             parts.append(np.vstack([output, torque])[:, :count])
             yield self._forecast(np.hstack(parts))
 
-    def first_sample_at_target(
+    def at_target(
         self, path: SteeringPath, case: ForecastCase, F_N: float,
         target: float, most_torque: float, last: int, noise: Array | None = None, first: int = 0,
     ) -> tuple[int | None, float]:  # fmt: skip
@@ -238,7 +238,7 @@ class NoisyForecaster:
         """
         reached: list[int] = []
         for i, noise in enumerate(self.noise):
-            at, _ = self.forecaster.first_sample_at_target(
+            at, _ = self.forecaster.at_target(
                 path, case, self.F_N, self.target, self.most_torque, last, noise
             )
             if at is not None:
@@ -247,17 +247,15 @@ class NoisyForecaster:
                 break
         return sorted(reached)
 
-    def first_sample_at_target(
-        self, path: SteeringPath, case: ForecastCase, last: int
-    ) -> tuple[int | None, float]:
-        """First sample at which enough runs have reached the target, and it is met without noise too.
+    def at_target(self, path: SteeringPath, case: ForecastCase, last: int) -> tuple[int | None, float]:
+        """First sample at which enough runs are at the target, as is one without noise; else None.
 
-        Else None. With it the deviation there; where too few runs reach the target, less than that, the
-        less the more do.
+        With it the deviation there; where too few runs reach the target, less than that, the less the
+        more do.
         """
         reached = self.samples_at_target(path, case, last)
         if len(reached) >= self.enough:
-            return self.forecaster.first_sample_at_target(
+            return self.forecaster.at_target(
                 path, case, self.F_N, self.target, self.most_torque, last,
                 first=reached[self.enough - 1],
             )  # fmt: skip

@@ -179,7 +179,7 @@ class _PathSearch:
                 return self.least[0]
             self.straight.add(swing.rate)
         missed: set[float] = set()
-        for reach in (self._forecast_until_target, self.noisy.first_sample_at_target):
+        for reach in (self._forecast_until_target, self.noisy.at_target):
             costs = []
             for case in [case for case in self.order if case.mu not in missed]:
                 bound = self.least[0]
@@ -208,9 +208,7 @@ class _PathSearch:
         self, path: SteeringPath, case: ForecastCase, last: int
     ) -> tuple[int | None, float]:
         """`Forecaster.reach` without noise."""
-        return self.forecaster.first_sample_at_target(
-            path, case, self.F_N, self.target, self.limits.torque, last
-        )
+        return self.forecaster.at_target(path, case, self.F_N, self.target, self.limits.torque, last)
 
     def cost_along_path(self, path: SteeringPath) -> Array:
         """The cost up to each sample."""

@@ -180,7 +180,7 @@ def build_acquisition_decision(
     # A model that was found knows its k better than the declared patch that stands for it does.
     log_scale = is_scaled * (patch.misfit == 0) * verdict["log_gain"] * spread / (spread + doubtful)
     excess = build_mu_std_from_torque_scale(patch.misfit > 0, measurement_model.gain_share)
-    doubt = update_unexplained_count(
+    doubt = leaky_unexplained_count(
         own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"]
     )
     failed = decided * (own["again"] == FAILED)
@@ -224,7 +224,7 @@ def _gear_handover_covariances(
     }
 
 
-def update_unexplained_count(doubt: Expression, share: Expression, wrong: Expression) -> Expression:
+def leaky_unexplained_count(doubt: Expression, share: Expression, wrong: Expression) -> Expression:
     """Update the count of unexplained independent samples; explained ones reduce it."""
     more = ca.fmin(MAX_DOUBT, doubt + share)
     return ca.if_else(wrong, more, doubt * forgetting_factor(share, FORGIVING))

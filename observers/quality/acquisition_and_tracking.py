@@ -45,9 +45,9 @@ from observers.quality.acquisition_handover import (
     states_handed_over,
 )
 from observers.quality.equivalent_patch import (
-    added_torques,
     build_equivalent_contact,
     build_patch_angle,
+    effect_torques_of_sample,
     newest_signals,
 )
 from observers.quality.hypotheses_verdict import VERDICT, build_mu_std_from_torque_scale
@@ -173,7 +173,7 @@ def build_step_with_acquisition(
     sensed = {**now, "M_z": ca.if_else(lifted, float("nan"), now["M_z"])}
     block, psi, M_z, added = measurement_model.observed_torque(last, sensed, rig, tuning)
     # The declared patch stands for the model's patch alone. Of a model with effects, s is 1.
-    at_torque, at_sample = added_torques(model, measurement_model, parts, after, theta, psi)
+    at_torque, at_sample = effect_torques_of_sample(model, measurement_model, parts, after, theta, psi)
     M_z, output[PREDICTED] = M_z - at_torque, output[PREDICTED] - at_sample
     M_z = ca.if_else(lifted, float("nan"), M_z)
     zero_std = _torque_zero_std(own["F_N"], rig, fields)

@@ -140,7 +140,7 @@ def build_patch_angle(model: Model) -> ca.Function | None:
     return named_function("patch_angle", inputs, {"angle": angle})
 
 
-def added_torques(
+def effect_torques_of_sample(
     model: Model, measurement_model: MeasurementModel, parts: Layout, state: Expression,
     theta: Expression, psi: Expression,
 ) -> tuple[Expression, Expression]:  # fmt: skip

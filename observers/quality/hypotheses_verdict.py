@@ -167,12 +167,11 @@ def build_hypotheses_verdict(gear: bool = False) -> ca.Function:
     log_mu, var_log_mu = declared.moments(partial(_log_mu_moments, stiffness), declared.at_mode("grid"))
     log_ratio, _ = declared.moments(lambda of: (of["grid"], 0), declared.at_mode("grid"))
     level, var_level, covariances = ca.MX(0), ca.MX(0), [ca.MX(0)] * 3
-    zero, var_zero = declared.moments(
-        partial(_moments_of_unknown, "zero", stiffness), declared.at_mode("zero")
-    )
+    of_zero = partial(_unknown_moments, "zero", stiffness)
+    zero, var_zero = declared.moments(of_zero, declared.at_mode("zero"))
     if gear:
         level, var_level = declared.moments(
-            partial(_moments_of_unknown, "gear", stiffness), declared.at_mode("gear")
+            partial(_unknown_moments, "gear", stiffness), declared.at_mode("gear")
         )
         covariances = [
             declared.covariance(partial(_joint_moments, *of, stiffness), *map(declared.at_mode, near))[2]
@@ -216,7 +215,7 @@ def _log_mu_moments(stiffness_variance: Expression, hypotheses: Parts) -> tuple[
     return hypotheses["grid"] + ca.log(gain), variance / gain**2
 
 
-def _moments_of_unknown(name: str, stiffness: Expression, parts: Parts) -> tuple[Expression, Expression]:
+def _unknown_moments(name: str, stiffness: Expression, parts: Parts) -> tuple[Expression, Expression]:
     """Mean and variance of an unknown beside s."""
     gain, variance = _gain_moments(stiffness, parts)
     slope = parts[udu_entry_name(name, "gain")]
@@ -229,13 +228,13 @@ def _joint_moments(
 ) -> tuple[Expression, Expression, Expression]:
     """Means of two of ln mu, M_0 and the gear, in this order, and their covariance."""
     gain, variance = _gain_moments(stiffness, parts)
-    last = _moments_of_unknown(other, stiffness, parts)[0]
+    last = _unknown_moments(other, stiffness, parts)[0]
     by_gain = parts[udu_entry_name(other, "gain")] * variance
     if one == "log_mu":
         return _log_mu_moments(stiffness, parts)[0], last, by_gain / gain
     # The gear comes before M_0 in the factor.
     given = parts[udu_entry_name(other, one)] * parts[udu_entry_name(one, one)]
-    first = _moments_of_unknown(one, stiffness, parts)[0]
+    first = _unknown_moments(one, stiffness, parts)[0]
     return first, last, given + by_gain * parts[udu_entry_name(one, "gain")]
 
 

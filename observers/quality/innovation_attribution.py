@@ -52,7 +52,7 @@ def torque_variance_from_stiffness(
     return (std * by_k) ** 2
 
 
-def predicted_torque_range(own: Parts, predicted: Expression) -> tuple[Expression, Expression]:
+def range_of_last_predictions(own: Parts, predicted: Expression) -> tuple[Expression, Expression]:
     """Least and greatest torque that was predicted at the last two that were computed and since [N m].
 
     A computed torque is of the time between those two.
@@ -68,7 +68,7 @@ def smoothed_innovation_test(
     """The smoothed innovation, whether it is more than is explained, and whether it is clear.
 
     It is in N m. Of a torque that is computed, which is known now and then, it is in deviations, and
-    those count whose `predicted_torque_range` is narrower than one.
+    those count whose `range_of_last_predictions` is narrower than one.
     """
     known = is_known(inputs["M_z"])
     interval = inputs["interval"] + (predictions is not None) * BLOCK_TIME
@@ -105,7 +105,7 @@ def update_deviation_streak(
     inputs: Parts, own: Parts, predicted: Expression, by_k: Expression, error: Expression
 ) -> Parts:
     """Torques in a row, up to now, that differ from the predicted one [N m] by more than `BEYOND`."""
-    known, (low, high) = is_known(inputs["M_z"]), predicted_torque_range(own, predicted)
+    known, (low, high) = is_known(inputs["M_z"]), range_of_last_predictions(own, predicted)
     M_z = ca.if_else(known, inputs["M_z"], predicted)
     away = ca.fmax(ca.fmax(M_z - high, low - M_z), 0)
     reach = ca.fmax(ca.fabs(M_z), ca.fabs(predicted))

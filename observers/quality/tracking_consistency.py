@@ -21,14 +21,14 @@ from observers.quality.acquisition import (
     OWN,
     PROVED,
     EquivalentPatch,
-    update_unexplained_count,
+    leaky_unexplained_count,
 )
 from observers.quality.hypotheses_verdict import VERDICT
 from observers.quality.innovation_alarms import FORGETTING_SAMPLES, MAX_NORMALISED_SQUARE, MIN_SAMPLES
 from observers.quality.innovation_attribution import (
     IN_A_ROW,
     innovation_of,
-    predicted_torque_range,
+    range_of_last_predictions,
     smoothed_innovation_test,
     torque_variance_from_stiffness,
     update_deviation_streak,
@@ -83,7 +83,7 @@ def build_tracking_consistency(
         nis = nis * square / (square + by_k * nis)
     predicted = output["M_z_predicted"] * own["scale"] + named(VERDICT, inputs["verdict"])["zero"]
     if not gear:
-        predictions = predicted_torque_range(own, predicted) if is_computed else None
+        predictions = range_of_last_predictions(own, predicted) if is_computed else None
         own["lasting"], lasts, clear = smoothed_innovation_test(inputs, own, output, by_k, predictions)
     squares = older * own["squares"] + share * ca.if_else(known, ca.fmin(nis, MAX_NORMALISED_SQUARE), 0)
     weight = older * own["weight"] + share
@@ -93,7 +93,7 @@ def build_tracking_consistency(
         own |= update_deviation_streak(inputs, own, predicted, by_k, limits["error"])
         too_much = ca.logic_or(too_much, own["streak"] > IN_A_ROW / 2)
     wrong = ca.logic_or(too_much, has_flag(output["status"], Status.INCONSISTENT))
-    doubt = ca.fmax(update_unexplained_count(own["doubt"], share, wrong), MIN_WHILE_LASTING * lasts)
+    doubt = ca.fmax(leaky_unexplained_count(own["doubt"], share, wrong), MIN_WHILE_LASTING * lasts)
     doubted = ca.logic_or(too_much, doubt > DOUBT_LIMIT)
     early = ca.logic_or(weight < MIN_SAMPLES, (own["confirmed"] < 2) * (1 - clear) * (1 - doubted))
     # A change that is too small or too slow for an alarm shows in an innovation that lasts.

@@ -45,7 +45,7 @@ def last_uncontradicted(
     return last if after <= CONTRADICTED * turn[known].sum() else None
 
 
-def usable_between_torques(estimates: Estimates) -> NDArray[np.bool_]:
+def usable_held(estimates: Estimates) -> NDArray[np.bool_]:
     """Where friction is usable, between torques that come more slowly than angles too, as for `Loop`."""
     last = np.maximum.accumulate(np.where(estimates.has_measured_torque, np.arange(estimates.t.size), 0))
     return estimates.usable[last] & (estimates.t - estimates.t[last] <= HOLD)
@@ -55,7 +55,7 @@ def steadily_usable_index(t: Array, usable: NDArray[np.bool_], begin: int) -> in
     """The sample from `begin` on since which a friction is usable without a gap of more than `HOLD`.
 
     Up to the last usable sample, of which there has to be one; usable as of
-    `usable_between_torques`.
+    `usable_held`.
     """
     told = begin + np.flatnonzero(usable[begin:])
     gaps = np.flatnonzero((np.diff(told) > 1) & (np.diff(t[told]) > HOLD))
@@ -68,7 +68,7 @@ def steadily_usable_since(estimates: Estimates) -> tuple[float, bool]:
     Both of the last ground, with a usable sample on it.
     """
     begin = last_ground_change_index(estimates)
-    held = usable_between_torques(estimates)
+    held = usable_held(estimates)
     since = steadily_usable_index(estimates.t, held, begin)
     return float(estimates.t[since]), bool(held[begin:since].any())
 

@@ -69,7 +69,7 @@ def bristle_patch_code(observer: ModelObserver, real: Real) -> PatchCode:
         type_template="patches/bristles_type.c",
         terms=terms | {"stiff": repr(float(-(table["moment"] * table["lever"]).sum()))},
         k=repr(float(observer.values["k"])),
-        bytes=int(real.size * (arrays * effects.patch.bristle_count + numbers)),
+        bytes=int(real.size * (arrays * effects.numeric_patch.bristle_count + numbers)),
         kept=f"    {real.c_type} {', '.join(f'{name}[{window}]' for name in kept)};\n",
         kept_bytes=len(kept) * real.size,
         follows_mu=True,
@@ -79,7 +79,11 @@ def bristle_patch_code(observer: ModelObserver, real: Real) -> PatchCode:
 
 def bristle_placeholders(effects: PatchEffects, real: Real) -> dict[str, Any]:
     """Values of the placeholders of the templates."""
-    patch, rig, deflection = effects.patch, effects.observer.rig, effects.build_series_deflection()
+    patch, rig, deflection = (
+        effects.numeric_patch,
+        effects.observer.rig,
+        effects.build_series_deflection(),
+    )
     traits, log_reference = patch.traits, float(np.log(REFERENCE_SPEED))
     branched, compliant = traits.relaxation is not None, deflection is not None
     creep = 0.0 if traits.creep is None else float(traits.creep)
@@ -134,7 +138,7 @@ def bristle_constants(effects: PatchEffects, terms: dict[str, Any]) -> dict[str,
     Lever arm over a [1] and moment of q / a [N m]; limit of q / a over mu and load [1/N], or the
     place over a [1] where the patch grows.
     """
-    patch = effects.patch
+    patch = effects.numeric_patch
     geometry = replace(patch, traits=replace(patch.traits, limits=()))
     numbers = np.asarray(geometry.coefficients(effects.inputs_at_unit_mu())).ravel()
     n = patch.bristle_count

@@ -42,7 +42,7 @@ class PatchEffects:
         return self.model.theta({**self.observer.values, "mu": 1.0})
 
     @cached_property
-    def patch(self) -> BristlePatch:
+    def numeric_patch(self) -> BristlePatch:
         """The patch with its traits as numbers."""
         return bristle_patch_of(self.model, self.theta_at_unit_mu)
 
@@ -114,14 +114,14 @@ class PatchEffects:
         """(place, growth) -> limit over mu and load [1/N], of a patch that grows."""
         place, growth = ca.MX.sym("place"), ca.MX.sym("growth")
         scale = self.observer.values["k"] * self.observer.rig.a**2
-        pressure = self.patch.traits.pressure(place, growth) / scale
+        pressure = self.numeric_patch.traits.pressure(place, growth) / scale
         inputs = {"place": place, "growth": growth}
         return named_function("pressure_at", inputs, {"pressure": pressure}).expand()
 
     def build_friction_factor_by_speed(self) -> ca.Function:
         """(speed) -> factor on the limit of a bristle that the wheel drives at this speed [m/s]."""
         speed, factor = ca.MX.sym("speed"), ca.MX(1)
-        for limit in self.patch.traits.limits:
+        for limit in self.numeric_patch.traits.limits:
             factor = factor * limit(speed)
         return named_function("limit_factor", {"speed": speed}, {"factor": factor}).expand()
 

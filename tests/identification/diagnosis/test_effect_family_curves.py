@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification import Recording
-from identification.diagnosis.effect_family_curves import found_families
+from identification.diagnosis.effect_family_curves import families_with_curves
 from identification.diagnosis.result_parts import FoundEffect, FoundFamily
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit
@@ -40,7 +40,7 @@ def fitted(recordings: list[Recording]) -> Fit:
 @pytest.fixture(scope="module")
 def families(fitted: Fit, recordings: list[Recording]) -> tuple[FoundFamily, ...]:
     found = [effect(NAMES[0], ("stribeck",)), effect(NAMES[1]), effect(NAMES[2])]
-    return found_families(found, fitted, recordings)
+    return families_with_curves(found, fitted, recordings)
 
 
 def test_a_family_has_its_effects_and_their_rivals(families: tuple[FoundFamily, ...]) -> None:
