@@ -239,7 +239,7 @@ class Probe:
         best = np.inf
         for kind in (KINDS[0], *islice(self._kinds, CHANGES)):
             path = changed_path(present, kind, self.limits, self.dt, left)
-            cost = self._travel(path, cases, sample.F_N, best)
+            cost = self._travel_on(path, cases, sample.F_N, best)
             if cost < best * (1 if kind == KINDS[0] else GAIN):
                 best, self._path = cost, path
         self._since, self._due = 0.0, EVERY
@@ -271,9 +271,7 @@ class Probe:
         likely = [min(max(exp(mean + sigma * std), low), high) for sigma in sigmas]
         return list(dict.fromkeys(likely))
 
-    def _travel(
-        self, path: SteeringPath, cases: Sequence[ForecastCase], F_N: float, best: float
-    ) -> float:
+    def _cost(self, path: SteeringPath, cases: Sequence[ForecastCase], F_N: float, best: float) -> float:
         """Mean travel until the target; stops early, with a value above the best so far."""
         cost, travel = 0.0, path.travel
         for case in cases:
