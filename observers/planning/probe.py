@@ -239,7 +239,7 @@ class Probe:
         best = np.inf
         for kind in (KINDS[0], *islice(self._kinds, CHANGES)):
             path = changed_path(present, kind, self.limits, self.dt, left)
-            cost = self._travel_on(path, cases, sample.F_N, best)
+            cost = self._cost(path, cases, sample.F_N, best)
             if cost < best * (1 if kind == KINDS[0] else GAIN):
                 best, self._path = cost, path
         self._since, self._due = 0.0, EVERY
