@@ -29,7 +29,7 @@ from symbolic import (
     full_slide_torque,
     simulate,
 )
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 RATE, SECONDS = 0.1, 25.0
 """Full slide of which mu_eff is the torque [rad/s], [s]."""

@@ -34,7 +34,7 @@ from benchmarks.car_files import (
 from observers import Status
 from reference_rig import CarRecording, FleetCar, draw_car
 from symbolic import vehicle_from_tables
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from symbolic.vehicle.mean_wheel import mu_std_by_cause
 from symbolic.vehicle.vehicle import STD_PER_TOLERANCE
 

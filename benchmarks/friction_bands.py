@@ -22,7 +22,7 @@ import numpy as np
 
 from benchmarks.bands_on_rig import found_models, undeclared_effects
 from benchmarks.ground_changes import changes, false_alarms
-from brushgrip.estimation.assumed_and_found_friction import offline_mu_eff_at_end
+from brushgrip.estimation.friction_by_both_models import offline_mu_eff_at_end
 from brushgrip.estimation.observe_recording import model_observer, run_arguments
 from brushgrip.inputs.command_inputs import gather_inputs
 from identification import FoundModel, Recording, read_model

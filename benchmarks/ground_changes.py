@@ -26,7 +26,7 @@ from reference_rig import (
     make_steering_recording,
 )
 from symbolic import Model
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.conftest import make
 from tests.observers.factories import columns_of
 from tests.observers.monte_carlo import drawn

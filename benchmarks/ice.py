@@ -31,7 +31,7 @@ from observers import (
     run,
 )
 from observers.measurement.measurement_model import GAIN_SHARE, MeasurementModel
-from observers.quality.hypotheses_verdict import GAIN_FREE
+from observers.quality.mu_and_scale_from_hypotheses import GAIN_FREE
 from observers.tuning import REFERENCE_STEP, tuning_with_tolerances
 from reference_rig import (
     Hand,

@@ -19,9 +19,9 @@ from benchmarks.least_steering import DT, LIMITS, LOAD, NOISE, OFF, SLIDE, K, ob
 from observers import plan
 from observers.quality.acquisition_and_tracking import CONFIRMS
 from observers.quality.hysteresis_branches import FRACTION, START, sliding_onset_turn
-from observers.quality.innovation_alarms import FORGETTING_SAMPLES, MIN_SAMPLES
+from observers.quality.slow_change_and_misfit_alarms import FORGETTING_SAMPLES, MIN_SAMPLES
 from symbolic import virgin_torque
-from symbolic.parameters import EVEN
+from symbolic.rig_and_tyre import EVEN
 
 GROUNDS, TARGET, RATE, NODES = (0.05, 0.2, 0.5, 0.9), 0.05, 0.0625, 24
 VAGUE = 2.0

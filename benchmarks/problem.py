@@ -11,7 +11,7 @@ import numpy as np
 
 from observers import Tuning, causal_rate
 from symbolic import SIGNALS, Model, Rig, full_slide_torque, simulate
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 RIG, K, MU = Rig(a=0.045, e=0.009), 2.4e6, 1.3
 MODEL, VALUES = Model(), {"k": K}

@@ -1,9 +1,9 @@
 """do-mpc's moving-horizon estimator on the same problem: same states, window, noises and torque.
 
-The memory of the patch depends on neither mu nor k (`symbolic.zone_patch`), so every node of the window
-gets it as a time-varying parameter, and the measurement is the model's torque as a casadi expression.
-IPOPT solves the problem anew with every sample. do-mpc weighs the oldest state of the window by a
-constant matrix; here that is the prior's.
+The memory of the patch depends on neither mu nor k (`symbolic.exact_zone_patch`), so every node of the
+window gets it as a time-varying parameter, and the measurement is the model's torque as a casadi
+expression. IPOPT solves the problem anew with every sample. do-mpc weighs the oldest state of the window
+by a constant matrix; here that is the prior's.
 """
 
 import warnings

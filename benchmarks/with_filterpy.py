@@ -9,7 +9,7 @@ from filterpy.kalman import ExtendedKalmanFilter
 
 from benchmarks.problem import Array, TimedProblem
 from symbolic import compiled
-from symbolic.casadi_functions import BufferedCall
+from symbolic.named_and_buffered_functions import BufferedCall
 
 Call = Callable[..., list[Array]]
 

@@ -20,7 +20,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from brushgrip.pictures.free_decay_fit import draw_free_decay
+from brushgrip.pictures.free_decay_fit_quality import draw_free_decay
 from identification import identify_free_decay
 from identification.thesis import estimate_by_decrement
 from reference_rig import THESIS_DAMPING as B_T

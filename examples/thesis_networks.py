@@ -20,7 +20,12 @@ import numpy as np
 from brushgrip.comparison.methods import train_neural_network, train_root_correction_network
 from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, figure_saved_as_png, legend_above
 from identification import Recording, read_recording
-from identification.thesis.friction_network import FrictionNetwork, LabelMean, NetworkDesign, label_mean
+from identification.thesis.friction_neural_network import (
+    FrictionNetwork,
+    LabelMean,
+    NetworkDesign,
+    label_mean,
+)
 from observers import Ekf, RootObserver
 from published import measured_folder
 from symbolic import Model

@@ -17,12 +17,18 @@ from identification.fits.fitting import Fit, fit
 from identification.fits.least_squares_problem import signals_of
 from identification.fits.loss import LEAST_SQUARES, Huber, Loss, Squares
 from identification.fits.options import FitOptions
-from identification.fits.parameter_values import ParameterEstimate, Values, initial_guess, replaced_rig
 from identification.fits.profile_likelihood import LIMIT, Profile, profile
+from identification.fits.values_by_ground_and_recording import (
+    ParameterEstimate,
+    Values,
+    initial_guess,
+    replaced_rig,
+)
 from identification.free_decay.recording import Decay, read_decay
 from identification.free_decay.results import FreeDecay, VibrationFit
 from identification.free_decay.stiffness_and_damping_by_likelihood import identify_free_decay
-from identification.reading.car_recordings import Standstills, read_vehicle
+from identification.reading.car_as_mean_wheel import Standstills, read_vehicle
+from identification.reading.checked_sample_table import Table
 from identification.reading.conditioning import (
     Channel,
     LowPass,
@@ -36,12 +42,11 @@ from identification.reading.conditioning import (
 from identification.reading.readers import READERS, Reader
 from identification.reading.recordings import Recording, read_recording
 from identification.reading.rigfile import read_rig, read_signals
-from identification.reading.sample_table import Table
 from identification.reading.signal_map import SignalMap, SignalSource, parse_signals
-from identification.reading.steering_rate import smoothed_rate
+from identification.reading.yaw_rate_from_angle import smoothed_rate
 from identification.residuals.partial_correlations import SignalCorrelation, Signatures, signatures
 from identification.residuals.residual_signals import RESIDUAL_SIGNALS
-from identification.residuals.unexplained_residual import Unexplained
+from identification.residuals.residual_structure import Unexplained
 from identification.selection.criteria import SelectionCriteria
 from identification.selection.stepwise_search import search
 from identification.selection.trial_journal import Journal

@@ -17,7 +17,7 @@ from observers.measurement.linearisation import build_clean
 from observers.measurement.measurement_model import CLEAN, AligningTorque, MeasurementModel
 from observers.measurement.rack_force import RackForce
 from observers.measurement.steering_torque_as_input import SteeringTorque
-from observers.planning.advice import Advice
+from observers.planning.advice_and_stop_reasons import Advice
 from observers.planning.plan import Plan, plan
 from observers.planning.probe import Probe
 from observers.planning.steering_limits_and_paths import SteeringLimits
@@ -33,8 +33,12 @@ from observers.protocol import (
     Sample,
     Status,
 )
+from observers.quality.agreement_with_final_estimate import (
+    SelfConsistency,
+    friction_spread,
+    self_consistency,
+)
 from observers.quality.friction_across_recordings import GroundFriction, ground_friction
-from observers.quality.self_consistency import SelfConsistency, friction_spread, self_consistency
 from observers.quality.wrong_units_or_signs import suspicions_of
 from observers.thesis.root_observer import RootObserver, ZoneRootState
 from observers.thesis.zone_state_machine import ZoneHistory, zone_history

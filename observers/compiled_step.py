@@ -8,8 +8,8 @@ import numpy as np
 
 from observers.protocol import Sample
 from symbolic import compiled
-from symbolic.casadi_functions import BufferedCall
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
+from symbolic.named_and_buffered_functions import BufferedCall
 from symbolic.trajectory_sensitivity import SAMPLES_PER_CALL
 
 

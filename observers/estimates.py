@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from observers.protocol import Status
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from symbolic.tables.notebook_html import html_table
 
 if TYPE_CHECKING:

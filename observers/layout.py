@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import casadi as ca
 
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from symbolic.patch_interface import Expression as Expression
 
 Parts = Mapping[str, Expression]

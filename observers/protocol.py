@@ -13,7 +13,7 @@ import numpy as np
 
 from observers.layout import Layout
 from symbolic import InvalidInputError, Model, Rig
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 MAX_SAMPLE_PERIOD = 3600.0
 """A pause longer than this is the end of a measurement [s]."""

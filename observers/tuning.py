@@ -14,9 +14,9 @@ from math import hypot, isfinite
 import numpy as np
 
 from symbolic import InvalidInputError, Rig
-from symbolic.float_array import Array
-from symbolic.parameters import EVEN, USUAL, relative_std_by_lengths
-from symbolic.patch_moment import full_slide_arm, unit_corner_moment
+from symbolic.float_array_type import Array
+from symbolic.patch_moment_by_zones import full_slide_arm, unit_corner_moment
+from symbolic.rig_and_tyre import EVEN, USUAL, relative_std_by_lengths
 
 STATES = ("log_mu", "M_0", "stiffness", "psi", "psi_dot", "gear", "log_mu_other")
 """Order of the states, of which an observer takes those it needs: natural logarithm of mu, zero of the
@@ -111,7 +111,7 @@ class Tuning:
         reset_after: after so many innovations in a row beyond the gate, all to one side, the ground has
             changed: twice the variance of the prior is added to that of ln mu.
         alarm: log-likelihood ratio at which innovations within the gate say that the ground has changed
-            [1]; see `observers.quality.innovation_alarms`, inf for never.
+            [1]; see `observers.quality.slow_change_and_misfit_alarms`, inf for never.
         explained: mean square of the innovations over their variance beyond which the model and its
             stated error do not explain the torque [1]; `Status.INCONSISTENT`, inf for never.
         psi_limit: an angle of this size is implausible and left out [rad]; `Status.IMPLAUSIBLE`, inf for
@@ -208,7 +208,7 @@ def field_meanings() -> dict[str, str]:
 def tuning_with_tolerances(tuning: Tuning, rig: Rig, stiffness: float) -> Tuning:
     """The tuning with the floor of mu and the deviation of the stiffness that tolerances make.
 
-    They add to its own in quadrature; where no tolerance is declared, `symbolic.parameters.USUAL`
+    They add to its own in quadrature; where no tolerance is declared, `symbolic.rig_and_tyre.USUAL`
     counts. Its limit of the torque is within the range of the sensor. stiffness is the rig's k [N/m^2].
     """
     tolerance = USUAL["k"] if rig.tolerances.k is None else rig.tolerances.k / stiffness

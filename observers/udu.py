@@ -13,8 +13,8 @@ import casadi as ca
 import numpy as np
 
 from observers.layout import Expression, symbols
-from symbolic.casadi_functions import named_function
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
+from symbolic.named_and_buffered_functions import named_function
 
 LEAST_SHARE = 1e-6
 """Least D of a factor of a covariance, as a share of the variance [1]."""

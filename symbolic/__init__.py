@@ -32,7 +32,9 @@ from symbolic.masing import (
     zone_boundaries,
 )
 from symbolic.model import DECLARED, GEOMETRY, SIGNALS, Model
-from symbolic.parameters import (
+from symbolic.patch_interface import Expression
+from symbolic.patch_moment_by_zones import full_slide_arm, full_slide_level, full_slide_torque
+from symbolic.rig_and_tyre import (
     RIG_RANGES,
     TOLERATED,
     USUAL,
@@ -41,8 +43,6 @@ from symbolic.parameters import (
     Tyre,
     with_usual_tolerances,
 )
-from symbolic.patch_interface import Expression
-from symbolic.patch_moment import full_slide_arm, full_slide_level, full_slide_torque
 from symbolic.tables.found_model import FoundModel, ModelBasis, ModelError, units_of
 from symbolic.tables.found_model_from_tables import model_from_tables
 from symbolic.tables.rig_from_tables import rig_from_tables
@@ -55,7 +55,7 @@ from symbolic.trajectory_sensitivity import (
 )
 from symbolic.vehicle.mean_wheel import rig_of
 from symbolic.vehicle.vehicle import Vehicle, VehicleTolerances
-from symbolic.wheel_dynamics import TorqueProfile, WheelMotion, simulate_motion
+from symbolic.wheel_motion_under_torque import TorqueProfile, WheelMotion, simulate_motion
 
 __all__ = [
     "CANDIDATES",

@@ -15,9 +15,9 @@ import numpy as np
 
 from symbolic.bristle_slip import BristleSlipSolver, clipped, log_creep_factor, slip
 from symbolic.errors import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from symbolic.patch_interface import Expression, PatchInputs
-from symbolic.patch_moment import full_slide_arm, unit_gauss_legendre
+from symbolic.patch_moment_by_zones import full_slide_arm, unit_gauss_legendre
 
 SPAN = 1.25
 """Half-lengths over which a patch that grows has bristles; growth is clamped to it [1]."""

@@ -17,7 +17,7 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
-from symbolic.casadi_functions import named_function
+from symbolic.named_and_buffered_functions import named_function
 from symbolic.patch_interface import Expression
 
 REFERENCE_SPEED = 1e-3

@@ -8,8 +8,8 @@ is: a backlash bends far more sharply than the patch does.
 
 import casadi as ca
 
-from symbolic.casadi_functions import named_function
 from symbolic.effects.base import ModelProtocol
+from symbolic.named_and_buffered_functions import named_function
 from symbolic.patch_interface import Expression, Patch
 
 SEARCH_STEPS = 5

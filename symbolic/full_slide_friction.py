@@ -15,10 +15,10 @@ from functools import cache
 
 import casadi as ca
 
-from symbolic.casadi_functions import named_function
 from symbolic.effects.base import Effect, ModelProtocol, Values
+from symbolic.named_and_buffered_functions import named_function
 from symbolic.patch_interface import Expression, PatchInputs, Signals, patch_inputs
-from symbolic.patch_moment import full_slide_arm
+from symbolic.patch_moment_by_zones import full_slide_arm
 
 
 @cache

@@ -6,7 +6,7 @@ the torque was M_r,
     M_z = M_r + 2 M_v((psi - psi_r) / 2),
 
 with M_v the torque of the virgin patch. A loop that closes is forgotten (Madelung). The same patch
-under a changing load, and as one expression, is `symbolic.zone_patch`.
+under a changing load, and as one expression, is `symbolic.exact_zone_patch`.
 """
 
 from dataclasses import dataclass
@@ -17,11 +17,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symbolic.errors import InvalidInputError
-from symbolic.float_array import Array
-from symbolic.parameters import Rig, Tyre
+from symbolic.exact_zone_patch import FAR
+from symbolic.float_array_type import Array
 from symbolic.patch_interface import Expression
-from symbolic.patch_moment import edge_to_boundary_distance, full_slide_level, unit_corner_moment
-from symbolic.zone_patch import FAR
+from symbolic.patch_moment_by_zones import (
+    edge_to_boundary_distance,
+    full_slide_level,
+    unit_corner_moment,
+)
+from symbolic.rig_and_tyre import Rig, Tyre
 
 
 def virgin_torque(

@@ -11,14 +11,14 @@ from functools import cache, cached_property
 import casadi as ca
 
 from symbolic.bristle_patch import BristlePatch, BristleTraits
-from symbolic.casadi_functions import named_function
 from symbolic.effects.base import Effect, Parameter, parameter_name, with_scope
 from symbolic.elements_in_series import SEARCH_STEPS, advance_in_series, series_deflection
 from symbolic.errors import InvalidInputError
+from symbolic.exact_zone_patch import ZonePatch
 from symbolic.full_slide_friction import build_full_slide
-from symbolic.parameters import FRICTION, STIFFNESS
+from symbolic.named_and_buffered_functions import named_function
 from symbolic.patch_interface import Expression, Patch, Signals, patch_inputs
-from symbolic.zone_patch import ZonePatch
+from symbolic.rig_and_tyre import FRICTION, STIFFNESS
 
 SIGNALS = ("psi", "psi_dot", "F_N", "dt")
 """Order of one sample's inputs: [rad], [rad/s], [N], [s]."""
@@ -154,7 +154,7 @@ class Model:
     def memory_depends_on(self, coordinate: str) -> bool:
         """Whether the memory depends on that parameter, so that another value is another history.
 
-        The declared model's memory depends on neither mu nor k (`symbolic.zone_patch`).
+        The declared model's memory depends on neither mu nor k (`symbolic.exact_zone_patch`).
         """
         i = self.coordinate_names.index(coordinate)
         depends = (self.step.jac_sparsity(0, 2), self.initial.jac_sparsity(0, 1))

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 Expression = Any
 """A CasADi expression (SX, MX or DM); CasADi ships no types."""

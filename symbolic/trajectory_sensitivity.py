@@ -12,13 +12,13 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
-from symbolic.casadi_functions import BufferedCall, named_function
 from symbolic.compilation.bristle_kernel import bristle_kernel
 from symbolic.compilation.compiled_function_cache import compiled
 from symbolic.effects.base import Effect
 from symbolic.errors import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from symbolic.model import GEOMETRY, SIGNALS, Model, transform_sample_by_effects
+from symbolic.named_and_buffered_functions import BufferedCall, named_function
 
 RIG_DIRECTIONS = (*GEOMETRY, "load")
 """Directions beside the parameter vector: half-length and caster [m], factor on the load [1]."""

@@ -15,12 +15,12 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from symbolic.casadi_functions import BufferedCall, named_function
 from symbolic.compilation.compiled_function_cache import compiled
-from symbolic.float_array import Array
+from symbolic.exact_zone_patch import MIN_ZONE_TURN
+from symbolic.float_array_type import Array
 from symbolic.masing import TurningPoints, branch_torque
-from symbolic.patch_moment import full_slide_torque, unit_corner_moment
-from symbolic.zone_patch import MIN_ZONE_TURN
+from symbolic.named_and_buffered_functions import BufferedCall, named_function
+from symbolic.patch_moment_by_zones import full_slide_torque, unit_corner_moment
 
 MAX_STEP_PERIODS = 0.5
 """Longest step in periods of the sticking wheel [1]; no full swing passes within one step."""

@@ -87,7 +87,7 @@ class CodegenRequest:
 
     def run(self) -> None:
         """Write an observer as C, as an FMU or as a package of ROS 2."""
-        from brushgrip.estimation.suspicious_recordings import direction_deficit_and_note
+        from brushgrip.estimation.recording_warnings import direction_deficit_and_note
         from brushgrip.inputs.command_inputs import gather_inputs
         from brushgrip.inputs.model_observer_from_options import (
             model_observer_from_options,
@@ -95,12 +95,12 @@ class CodegenRequest:
             window_setting,
         )
         from brushgrip.inputs.option_values import chosen_tuning
-        from brushgrip.outputs import observer_export
+        from brushgrip.outputs import observer_as_c_fmu_ros as export
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import print_line, show_json
         from brushgrip.outputs.provenance import origin_comment
         from observers.embedded import generate_vehicle, require_replaceable
-        from observers.embedded.instruction_count import estimated_instructions
+        from observers.embedded.estimated_instructions import estimated_instructions
         from observers.interfaces.observer_from_files import read_vehicle_file
         from symbolic import InvalidInputError
 
@@ -116,23 +116,23 @@ class CodegenRequest:
         found = inputs.read_found_model()
         if self.ground is not None and not (found and found.grounds):
             raise InvalidInputError(f"--ground {self.ground}: this model knows no grounds; leave it out")
-        real, tunable = observer_export.TYPES[self.real], observer_export.TUNABLE[self.tunable or ""]
+        real, tunable = export.TYPES[self.real], export.TUNABLE[self.tunable or ""]
         cost = estimated_instructions(observer, real, tunable)
         with staged_directory(self.out) as stage:
-            write = observer_export.WRITERS[self.target]
+            write = export.WRITERS[self.target]
             files = write(observer, stage, real, name=self.name, tunable=tunable)
             if self.vehicle is not None and self.target == "c":
                 car = read_vehicle_file(self.vehicle)
                 files += generate_vehicle(car, stage, real, name=self.name)
             finals = [self.out.resolve() / path.name for path in files]
-            size = observer_export.state_size_from_header(files, self.name)
-            observer_export.append_origin(files, origin_comment(rig_or_vehicle_file(inputs), self.model))
+            size = export.state_size_from_header(files, self.name)
+            export.append_origin(files, origin_comment(rig_or_vehicle_file(inputs), self.model))
             inputs.refuse_overwriting(finals)
             require_replaceable(finals)
         # After the files are there: whoever reads the first line alone has them all the same.
         print_line(f"{f'{size:,} bytes a wheel, ' if size else ''}{cost}")
-        print_line(observer_export.prior_in_words(observer, self.rig))
-        observer_export.remove_stale_description(self.out / f"{self.name}.a2l", finals)
+        print_line(export.prior_in_words(observer, self.rig))
+        export.remove_stale_description(self.out / f"{self.name}.a2l", finals)
         if found is not None:
             _, unlike = direction_deficit_and_note(found.values_for_estimation(self.ground))
             for line in filter(None, (found.ground_used_text(self.ground), unlike)):

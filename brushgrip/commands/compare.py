@@ -43,11 +43,11 @@ class CompareRequest(RecordingRequest):
             make_cases,
         )
         from brushgrip.comparison.tables import comparison_dict, markdown_text, print_comparison
-        from brushgrip.estimation.suspicious_recordings import implausibility_lines
+        from brushgrip.estimation.recording_warnings import implausibility_lines
         from brushgrip.outputs.atomic import check_png_name, is_same_file, staged_files, write_utf8
         from brushgrip.outputs.console import print_line, progress, show_json, warn
         from brushgrip.outputs.provenance import KEY, markdown_comment
-        from brushgrip.pictures.box_plots import draw_method_comparison
+        from brushgrip.pictures.method_comparison_boxes import draw_method_comparison
         from brushgrip.wording.formatting import json_text
         from symbolic import InvalidInputError
 

@@ -60,7 +60,7 @@ class DiagnoseRequest(RecordingRequest):
             self._diagnose(executor)
 
     def _diagnose(self, executor: "Executor | None") -> None:
-        from brushgrip.estimation.suspicious_recordings import doubtful_inputs
+        from brushgrip.estimation.recording_warnings import doubtful_inputs
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import print_line, warn
         from brushgrip.outputs.provenance import require_same_run

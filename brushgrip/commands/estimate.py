@@ -162,7 +162,7 @@ class EstimateRequest(ModelRunRequest):
     ) -> None:
         """Print what was estimated, of one recording in lines; those that could not be are a fault."""
         from brushgrip.outputs.console import print_line, print_table, show_json
-        from brushgrip.report.printed_results import print_ground_values
+        from brushgrip.report.print_diagnosis_and_fits import print_ground_values
         from brushgrip.wording.diagnosis_in_words import taken_from_model
         from brushgrip.wording.recording_remarks import (
             MAX_NAMED,

@@ -92,12 +92,12 @@ class IdentifyRequest:
         from brushgrip.outputs.console import print_line, show_json
         from brushgrip.outputs.provenance import KEY
         from brushgrip.outputs.rig_and_vehicle_files import identified_vehicle_text
-        from brushgrip.report.printed_results import print_car_result
+        from brushgrip.report.print_diagnosis_and_fits import print_car_result
         from brushgrip.wording.formatting import json_text, listed
         from identification import read_vehicle
-        from identification.reading.car_recordings import read_rack_recording
-        from identification.steering.full_slide_calibration import TyresResult, identify_tyres
+        from identification.reading.car_as_mean_wheel import read_rack_recording
         from identification.steering.gear_friction_on_plates import PlatesResult, identify_on_plates
+        from identification.steering.tyres_on_known_friction import TyresResult, identify_tyres
         from symbolic import InvalidInputError
 
         written = self.write_vehicle
@@ -140,8 +140,8 @@ class IdentifyRequest:
         from brushgrip.outputs.console import print_line, show_json
         from brushgrip.outputs.provenance import KEY
         from brushgrip.outputs.rig_and_vehicle_files import declared_rig, identified_rig_text
-        from brushgrip.pictures.free_decay_fit import draw_free_decay
-        from brushgrip.report.printed_results import print_free_decay
+        from brushgrip.pictures.free_decay_fit_quality import draw_free_decay
+        from brushgrip.report.print_diagnosis_and_fits import print_free_decay
         from brushgrip.wording.formatting import free_decay_document, json_text, listed
         from identification.thesis import estimate_by_decrement
         from symbolic import BrushgripError, InvalidInputError

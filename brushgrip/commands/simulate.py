@@ -24,7 +24,7 @@ class SimulateRequest(ModelRunRequest):
 
     def run(self) -> None:
         """Write the torque that the model predicts for recordings."""
-        from brushgrip.estimation.simulated_torque import (
+        from brushgrip.estimation.model_torque_for_recording import (
             simulated_torque,
             simulation_model_and_values,
             values_in_words,
@@ -32,7 +32,7 @@ class SimulateRequest(ModelRunRequest):
         from brushgrip.inputs.command_inputs import staged_files_with_provenance
         from brushgrip.outputs.atomic import table_path, write_utf8
         from brushgrip.outputs.console import print_line, show_json
-        from brushgrip.report.printed_results import print_ground_values
+        from brushgrip.report.print_diagnosis_and_fits import print_ground_values
         from brushgrip.wording.formatting import csv_text
         from symbolic import InvalidInputError
 

@@ -10,7 +10,7 @@ from brushgrip.comparison.methods import Method
 from brushgrip.comparison.recordings_with_reference_friction import Case
 from brushgrip.outputs.console import Progress
 from identification import Recording
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 MIN_ROUNDS, MIN_TIME = 3, 0.2
 """A calculation is repeated at least so often, and until the repetitions take this time [s]; the

@@ -22,7 +22,7 @@ from identification.thesis import Activation, FrictionNetwork, NetworkDesign, la
 from observers import Ekf, MeasurementModel, RootObserver, Tuning, ZoneHistory, run, zone_history
 from observers.embedded import NativeObserver, compile_native
 from symbolic import Model, Rig, compiler
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 SMOOTHING = 0.99
 """Weight of the last value in the exponential filter of [Györök 2022], (5.9) [1]."""

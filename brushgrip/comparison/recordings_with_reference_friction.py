@@ -16,7 +16,7 @@ from identification.thesis import (
     read_author_estimate,
 )
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 SETTLED = 1.89
 """Time after the beginning of the turn from which [Györök 2022], Table 6.1, takes the error [s]."""

@@ -10,8 +10,8 @@ from brushgrip.wording.recording_remarks import OVER_LOAD
 from identification import FoundModel, Recording
 from observers import Estimates
 from symbolic.bristle_patch import BristlePatch
-from symbolic.float_array import Array
-from symbolic.patch_moment import full_slide_arm
+from symbolic.float_array_type import Array
+from symbolic.patch_moment_by_zones import full_slide_arm
 
 LEAST_CHANGE = 0.01
 """Change of friction over the loads of a recording from which on its load is told [1]."""

@@ -37,9 +37,13 @@ from observers import (
     smooth,
     tuning_for,
 )
-from observers.quality.usable_stretches import last_uncontradicted, steadily_usable_index, usable_held
+from observers.quality.when_friction_is_usable import (
+    last_uncontradicted,
+    steadily_usable_index,
+    usable_held,
+)
 from symbolic import InvalidInputError, Model, rig_of
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 ObserverFactory = Callable[[Recording, FoundModel | None], Observer]
 """Builds the observer for a recording, on the model that a diagnosis found or (None) the declared."""
@@ -85,7 +89,7 @@ class FrictionTrack:
 
     @property
     def last_usable(self) -> int | None:
-        """As `observers.quality.usable_stretches.last_usable`."""
+        """As `observers.quality.when_friction_is_usable.last_usable`."""
         return last_uncontradicted(self.usable, self.inconsistent, self._ground_begin, self.turn)
 
     @property

@@ -12,7 +12,7 @@ from identification import Recording
 from identification.reading.signal_map import USUAL_RATIO, SignalSource, corrected_map_text
 from identification.reading.units import factor_of
 from identification.reading.units_by_magnitude import time_unit_by_period
-from symbolic.patch_moment import full_slide_arm
+from symbolic.patch_moment_by_zones import full_slide_arm
 
 SURELY_DEGREES = 4 * math.pi
 """No steering wheel turns further [rad]; what is beyond is in degrees."""

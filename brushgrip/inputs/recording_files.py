@@ -14,7 +14,7 @@ from brushgrip.outputs.atomic import file_identity_keys
 from identification import READERS, Recording
 from identification.fits.autocorrelation import autoregression
 from identification.reading.checked_file_reading import convert_read_errors
-from identification.reading.sample_table import MIN_SAMPLES
+from identification.reading.checked_sample_table import MIN_SAMPLES
 from symbolic import InvalidInputError
 from symbolic.errors import printable
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from brushgrip.live.row_estimation import EstimatedSample
 from observers import ESTIMATE
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 MAX_RECORDED_COLUMNS = 8
 """Most columns of a recording, the time first."""

@@ -6,8 +6,8 @@ from functools import lru_cache
 from math import inf
 
 from identification.reading.channels_by_name import map_hint, match_channel
+from identification.reading.checked_sample_table import MAX_VALUES, possible_columns
 from identification.reading.map_for_recording import add_unit_by_name, choose_map_for_channels
-from identification.reading.sample_table import MAX_VALUES, possible_columns
 from identification.reading.signal_map import SignalMap
 from identification.reading.units import unit_in_brackets
 from symbolic import InvalidInputError

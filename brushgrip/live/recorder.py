@@ -13,7 +13,7 @@ from identification.reading.formats.optional_libraries import import_library
 from identification.reading.units import UNITS
 from observers import ESTIMATE
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 GROUP = 5_000
 """Samples that are written at once."""

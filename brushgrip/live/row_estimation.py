@@ -11,14 +11,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.estimation.suspicious_recordings import load_outside_model_note, torque_saturation_note
+from brushgrip.estimation.recording_warnings import load_outside_model_note, torque_saturation_note
 from brushgrip.live.mapped_columns import OF_CAR, OF_WHEEL, Row
 from brushgrip.live.steering_adviser import SteeringAdviser
-from identification.reading.car_plausibility import rack_position_and_force, require_plausible_car
-from identification.reading.car_recordings import require_rack_travel_and_force
-from identification.reading.sample_table import CAR_COLUMNS, MIN_SAMPLES, Table
+from identification.reading.car_as_mean_wheel import require_rack_travel_and_force
+from identification.reading.car_units_and_signs import rack_position_and_force, require_plausible_car
+from identification.reading.checked_sample_table import CAR_COLUMNS, MIN_SAMPLES, Table
 from identification.reading.signal_map import ANGLES, NO_MAP, SignalMap
-from identification.reading.steering_rate import require_rate_matches_angle
+from identification.reading.yaw_rate_from_angle import require_rate_matches_angle
 from observers import Estimate, Loop, Observer, Sample, Status
 from observers.interfaces.car_observer import HOLDING
 from observers.protocol import prior_estimate

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.estimation.observe_recording import ObserverFactory
-from brushgrip.estimation.suspicious_recordings import direction_deficit_and_note
+from brushgrip.estimation.recording_warnings import direction_deficit_and_note
 from brushgrip.inputs.command_inputs import Inputs
 from brushgrip.inputs.recording_files import locate_recording
 from brushgrip.live.can_source import CanSource
@@ -18,9 +18,9 @@ from brushgrip.live.sources import LineSource, ReplaySource, Source, UdpSource
 from brushgrip.live.steering_adviser import SteeringAdviser
 from brushgrip.outputs.console import print_line
 from identification import READERS, Recording, Standstills, read_rig, read_vehicle
+from identification.reading.checked_sample_table import Table, required_columns
 from identification.reading.readers import read_table
 from identification.reading.rigfile import rig_overridden_by_table
-from identification.reading.sample_table import Table, required_columns
 from symbolic import InvalidInputError, Rig, Tyre, rig_of
 
 

@@ -15,8 +15,8 @@ import numpy as np
 
 from brushgrip.live.mapped_columns import MappedColumns, Row
 from brushgrip.live.timestamp_filter import clock_time
+from identification.reading.checked_sample_table import Table
 from identification.reading.formats.csvdialect import NumberParser, delimiter_of
-from identification.reading.sample_table import Table
 from identification.reading.units import UNITS, is_unit, unit_in_brackets
 from symbolic import InvalidInputError
 

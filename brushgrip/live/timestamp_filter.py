@@ -5,7 +5,7 @@ from math import isfinite
 from typing import NamedTuple
 
 from brushgrip.live.mapped_columns import Row
-from identification.reading.sample_table import MIN_TIME_STEP
+from identification.reading.checked_sample_table import MIN_TIME_STEP
 
 GAP = 2.0
 """After a longer pause the patch may have been turned unseen, and the observer begins anew [s]."""

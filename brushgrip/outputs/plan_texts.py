@@ -9,7 +9,7 @@ from identification import SignalSource
 from observers import Plan
 from observers.planning.forecast import percent_text_beside_target
 from symbolic import Vehicle
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from symbolic.vehicle.steering import mean_wheel_angle, pinion_angle_from_rack
 
 

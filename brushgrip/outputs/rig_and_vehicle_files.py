@@ -8,10 +8,10 @@ from identification import Decay, FreeDecay, ParameterEstimate, SignalMap, read_
 from identification.reading.checked_file_reading import read_bytes
 from identification.reading.rigfile import rig_text, signals_section
 from identification.reading.signal_map import toml_value
-from identification.steering.full_slide_calibration import TyresResult
 from identification.steering.gear_friction_on_plates import PlatesResult
+from identification.steering.tyres_on_known_friction import TyresResult
 from symbolic import InvalidInputError, Rig, Tyre
-from symbolic.parameters import EVEN
+from symbolic.rig_and_tyre import EVEN
 from symbolic.tables.toml_and_json_parsing import MAX_TABLES_SIZE, parse_toml
 from symbolic.tables.vehicle_from_tables import VEHICLE
 from symbolic.vehicle.steering import inclination_for_return_torque

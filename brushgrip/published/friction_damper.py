@@ -24,7 +24,7 @@ from brushgrip.inputs.recording_files import LOCAL_COPY, download_folder
 from brushgrip.outputs.atomic import staged_directory
 from brushgrip.published.fetch import RETRIES, FetchError, download_size_limited
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 Say = Callable[[str], None]
 Download = Callable[[str, str], dict[str, Array]]

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import identification
-from brushgrip.estimation import assumed_and_found_friction
-from brushgrip.estimation.assumed_and_found_friction import FrictionByBothModels
+from brushgrip.estimation import friction_by_both_models
+from brushgrip.estimation.friction_by_both_models import FrictionByBothModels
 from brushgrip.outputs.atomic import write_utf8
 from brushgrip.outputs.console import print_line, progress, show_json
 from brushgrip.outputs.provenance import KEY, Provenance, digest_of, remove_earlier
 from brushgrip.report.page import PAGE, remove_stale_pictures, write_report
-from brushgrip.report.printed_results import print_diagnosis
+from brushgrip.report.print_diagnosis_and_fits import print_diagnosis
 from brushgrip.report.validity_and_missing_effects import demo_recordings_warning
 from brushgrip.wording.formatting import json_text
 from identification import Diagnosis, Recording, model_text
@@ -69,7 +69,7 @@ def diagnose_and_write(
         again = None
         if with_inclination and result.inclination is not None:
             again = with_inclination(result.inclination)
-        outcome = assumed_and_found_friction.friction_by_both_models(*estimated, result, submit, again)
+        outcome = friction_by_both_models.friction_by_both_models(*estimated, result, submit, again)
     result = replace(result, notes=(*notes, *result.notes))
     model = json.loads(model_text(result)) | {KEY: dict(provenance)}
     write_utf8(folder / MODEL, json_text(model))

@@ -1,6 +1,6 @@
 """The stiffness that was found, what it may mean, and what friction is then, in words."""
 
-from brushgrip.estimation.assumed_and_found_friction import FrictionByBothModels
+from brushgrip.estimation.friction_by_both_models import FrictionByBothModels
 from brushgrip.wording.formatting import band_decimals, listed, sentence
 from identification import Diagnosis
 from identification.diagnosis.found_vs_declared_stiffness import OFF_STIFFNESS

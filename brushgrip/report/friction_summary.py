@@ -5,12 +5,12 @@ from itertools import chain, combinations
 
 import numpy as np
 
-from brushgrip.estimation.assumed_and_found_friction import FrictionByBothModels
+from brushgrip.estimation.friction_by_both_models import FrictionByBothModels
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.wording.formatting import band_decimals, listed, sentence
 from brushgrip.wording.friction_in_words import status_in_words, with_95_band
 from identification import Diagnosis
-from identification.residuals.repeatability import SAME_LOAD
+from identification.residuals.full_slide_repeatability import SAME_LOAD
 from observers import GroundFriction, Status
 from observers.planning.uncertainty_budget import REST, SLOPE
 from observers.quality.friction_across_recordings import kendall_load_test

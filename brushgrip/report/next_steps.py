@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from math import sqrt
 from statistics import fmean
 
-from brushgrip.estimation.assumed_and_found_friction import FrictionByBothModels
-from brushgrip.estimation.suspicious_recordings import SUSPECTED
+from brushgrip.estimation.friction_by_both_models import FrictionByBothModels
+from brushgrip.estimation.recording_warnings import SUSPECTED
 from brushgrip.report.friction_and_found_stiffness import stiffness_explanations
 from brushgrip.report.friction_summary import is_band_mostly_from_spread, variance_shares_by_cause
 from brushgrip.report.what_effects_do import effect_size_text
@@ -29,7 +29,7 @@ from brushgrip.wording.formatting import (
 from brushgrip.wording.friction_in_words import how_to_narrow_band
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.graded_effects import ASSUMED, UNRECORDED_LOAD
-from observers.quality.self_consistency import BAND_95
+from observers.quality.agreement_with_final_estimate import BAND_95
 from observers.tuning import OF_LENGTHS, OF_LOAD
 
 TOLD = 0.95

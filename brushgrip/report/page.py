@@ -10,7 +10,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from brushgrip.estimation.assumed_and_found_friction import FrictionByBothModels, found_model
+from brushgrip.estimation.friction_by_both_models import FrictionByBothModels, found_model
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.outputs.atomic import write_utf8
 from brushgrip.pictures.diagnosis import (

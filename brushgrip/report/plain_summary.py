@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 from math import degrees
 
-from brushgrip.estimation.assumed_and_found_friction import (
+from brushgrip.estimation.friction_by_both_models import (
     EKF_DECLARED,
     EKF_FOUND,
     FrictionByBothModels,
     found_model,
 )
-from brushgrip.estimation.suspicious_recordings import direction_deficit_and_note
+from brushgrip.estimation.recording_warnings import direction_deficit_and_note
 from brushgrip.report.friction_and_found_stiffness import (
     friction_if_stiffness_is_wrong,
     stiffness_doubt_and_range,
@@ -28,6 +28,7 @@ from brushgrip.report.friction_summary import (
     note_on_highest_loads,
     variance_shares_by_cause,
 )
+from brushgrip.report.friction_verdict import NOT_YET, verdict
 from brushgrip.report.next_steps import CHECKS, limits_of_further_recordings, next_steps
 from brushgrip.report.validity_and_missing_effects import (
     ALLOWED_FOR,
@@ -40,7 +41,6 @@ from brushgrip.report.validity_and_missing_effects import (
     unclear_result_text,
     validity_text,
 )
-from brushgrip.report.verdict import NOT_YET, verdict
 from brushgrip.wording.diagnosis_in_words import doubtful_effects
 from brushgrip.wording.formatting import effect_words, listed, percent, sentence
 from brushgrip.wording.recording_remarks import further_recording_band_line, prediction_band

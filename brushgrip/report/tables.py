@@ -7,7 +7,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from brushgrip.estimation.assumed_and_found_friction import FrictionByBothModels, settling_and_coverage
+from brushgrip.estimation.friction_by_both_models import FrictionByBothModels, settling_and_coverage
 from brushgrip.estimation.observe_recording import FrictionTrack
 from brushgrip.report.friction_summary import (
     FIGURE_TEXTS,

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.estimation.assumed_and_found_friction import EKF_DECLARED, EKF_FOUND, FrictionByBothModels
+from brushgrip.estimation.friction_by_both_models import EKF_DECLARED, EKF_FOUND, FrictionByBothModels
 from brushgrip.estimation.observe_recording import FrictionTrack
-from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
+from brushgrip.estimation.recording_warnings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import digest_of
 from brushgrip.published.bundled_files import TRUE_FRICTION, demo_folder
 from brushgrip.report.friction_and_found_stiffness import stiffness_explanations

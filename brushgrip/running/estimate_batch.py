@@ -19,7 +19,7 @@ from brushgrip.estimation.observe_recording import (
     friction_track,
     observe,
 )
-from brushgrip.estimation.suspicious_recordings import (
+from brushgrip.estimation.recording_warnings import (
     car_force_slope_note,
     constant_load_note,
     differing_sample_rates_note,
@@ -54,7 +54,7 @@ from identification import Recording, read_rig
 from identification.diagnosis.found_vs_declared_stiffness import stiffness_note
 from identification.selection.trial_runner import Submit, as_completed, worker_submitter
 from observers import ESTIMATE, DirectionalFriction
-from observers.quality.usable_stretches import last_usable
+from observers.quality.when_friction_is_usable import last_usable
 from symbolic import BrushgripError, InvalidInputError
 
 

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from identification.fits.fitting import AT_BOUND, Fit
-from identification.fits.parameter_values import ParameterEstimate
-from identification.reading.declared_car_torques import SHARES
+from identification.fits.values_by_ground_and_recording import ParameterEstimate
+from identification.reading.car_torques_beside_tyres import SHARES
 from symbolic import TOLERATED
 
 FEWEST_ALIKE = 3

@@ -14,9 +14,9 @@ from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposed_experiment import Proposal
 from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss
-from identification.fits.parameter_values import grounds_of
 from identification.fits.single_threaded_blas import one_thread
-from identification.reading.declared_car_torques import widest_standstill_less_gear
+from identification.fits.values_by_ground_and_recording import grounds_of
+from identification.reading.car_torques_beside_tyres import widest_standstill_less_gear
 from identification.reading.declared_sensor_range import (
     drop_torques_beyond_range,
     torque_beyond_range_note,

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identification.fits.fitting import AT_BOUND, Fit
-from identification.reading.car_recordings import Standstills
-from identification.reading.declared_car_torques import JACKING
+from identification.reading.car_as_mean_wheel import Standstills
+from identification.reading.car_torques_beside_tyres import JACKING
 from identification.reading.recordings import Recording
 from symbolic import USUAL, InvalidInputError
 from symbolic.tables.found_model import has_implausible_stiffness

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from identification.diagnosis.effect_family_curves import families_with_curves
 from identification.diagnosis.found_vs_declared_stiffness import (
     compare_fitted_stiffness,
     farthest_stiffness_ratio,
@@ -14,27 +13,33 @@ from identification.diagnosis.graded_effects import (
     found_effects,
     inclination_note_of_effect,
 )
+from identification.diagnosis.mechanisms_of_final_model import families_with_curves
 from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import Candidate, FoundEffect, Series, TorqueErrors
-from identification.diagnosis.stand_in_effects import stand_in_effect_names
+from identification.diagnosis.stand_ins_for_unknown_cause import stand_in_effect_names
 from identification.diagnosis.torque_errors_by_stage import torque_and_model_errors
 from identification.experiments.proposed_experiment import Proposal
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit, parameters_at_bounds
 from identification.fits.least_squares_problem import signals_of
-from identification.fits.parameter_values import UNNAMED_GROUND, ParameterEstimate, Values, replaced_rig
+from identification.fits.values_by_ground_and_recording import (
+    UNNAMED_GROUND,
+    ParameterEstimate,
+    Values,
+    replaced_rig,
+)
 from identification.reading.declared_sensor_range import counts_beyond_range, max_measurable_friction
 from identification.reading.recordings import Recording
+from identification.residuals.full_slide_repeatability import repeatability
 from identification.residuals.partial_correlations import Signatures
-from identification.residuals.repeatability import repeatability
-from identification.residuals.unexplained_residual import find_residual_structure
+from identification.residuals.residual_structure import find_residual_structure
 from identification.selection.criteria import delta_bic
 from identification.selection.search_step import SearchStep
 from identification.selection.stepwise_search import Search
 from identification.selection.trial import Trial
 from identification.selection.trial_runner import Effects
 from symbolic import TOLERATED, Effect, Model, parameter_name, units_of
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from symbolic.trajectory_sensitivity import final_full_slide_memory
 
 

@@ -11,7 +11,7 @@ from identification.diagnosis.found_vs_declared_stiffness import kingpin_inclina
 from identification.diagnosis.result_parts import FoundEffect, Grade, TorqueErrors
 from identification.experiments.proposed_experiment import Proposal
 from identification.fits.fitting import Fit, parameters_at_bounds
-from identification.fits.parameter_values import ParameterEstimate
+from identification.fits.values_by_ground_and_recording import ParameterEstimate
 from identification.reading.recordings import Recording
 from identification.selection.criteria import (
     CLEAR_BIC,

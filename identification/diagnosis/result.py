@@ -14,11 +14,11 @@ from identification.diagnosis.result_parts import (
     Series,
     TorqueErrors,
 )
-from identification.fits.parameter_values import ParameterEstimate, Values
+from identification.fits.values_by_ground_and_recording import ParameterEstimate, Values
 from identification.loop_plot import matplotlib_text
+from identification.residuals.full_slide_repeatability import Repeatability
 from identification.residuals.partial_correlations import Signatures
-from identification.residuals.repeatability import Repeatability
-from identification.residuals.unexplained_residual import Unexplained
+from identification.residuals.residual_structure import Unexplained
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from symbolic import Model, ModelBasis, ModelError
 from symbolic.tables.notebook_html import html_table

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from identification.experiments.proposed_experiment import Proposal
-from identification.fits.parameter_values import ParameterEstimate
+from identification.fits.values_by_ground_and_recording import ParameterEstimate
 from identification.loop_plot import draw_loops
 from symbolic import Scope
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -19,12 +19,17 @@ from identification.fits.fitting import fit
 from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss, influence, rmse_of
 from identification.fits.options import FitOptions
-from identification.fits.parameter_values import Values, ground_of, initial_guess, rig_parameters
+from identification.fits.values_by_ground_and_recording import (
+    Values,
+    ground_of,
+    initial_guess,
+    rig_parameters,
+)
 from identification.reading.recordings import Recording
 from identification.selection.trial import RANKING, Trial, fit_recording_parameters, model_of
 from identification.selection.trial_runner import TrialRunner, results_of
 from symbolic import ModelError, full_slide_torque
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 LIFTED = 0.05
 """Share of the median load below which a wheel is lifted [1]."""

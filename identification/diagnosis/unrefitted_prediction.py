@@ -13,10 +13,10 @@ import numpy as np
 
 from identification.fits.fitting import Fit
 from identification.fits.least_squares_problem import signals_of
-from identification.fits.parameter_values import Values, complete_values, ground_of
+from identification.fits.values_by_ground_and_recording import Values, complete_values, ground_of
 from identification.reading.recordings import Recording
 from symbolic import RIG_DIRECTIONS, Model, parameter_name, simulate
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 SCATTER = 0.05
 """Standard deviation of ln mu between recordings of one ground and load [1]."""

@@ -13,25 +13,25 @@ from functools import cache
 import numpy as np
 from scipy.optimize import least_squares
 
+from identification.experiments.manoeuvre_in_recorded_range import (
+    SAMPLE_PERIOD,
+    SampledManoeuvre,
+    recorded_range,
+)
 from identification.experiments.manoeuvres import manoeuvres
 from identification.experiments.proposed_experiment import (
     Proposal,
     fitted_sample_period,
     proposal_from_torques,
 )
-from identification.experiments.sampled_manoeuvre import (
-    SAMPLE_PERIOD,
-    SampledManoeuvre,
-    recorded_range,
-)
 from identification.fits.fitting import Fit
 from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import rmse_of
-from identification.fits.parameter_values import ground_of, replaced_rig
+from identification.fits.values_by_ground_and_recording import ground_of, replaced_rig
 from identification.reading.recordings import Recording
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from symbolic import parameter_name, simulate
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 _ROUGH, _THOROUGH = 3, 20
 """Simulations for a refit of the rival where manoeuvres are ranked, and for the best of them."""

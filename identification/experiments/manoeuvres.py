@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from identification.experiments.sampled_manoeuvre import (
+from identification.experiments.manoeuvre_in_recorded_range import (
     LENGTH,
     ManoeuvreLeg,
     RecordedRange,

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from identification.experiments.sampled_manoeuvre import SAMPLE_PERIOD, SampledManoeuvre
+from identification.experiments.manoeuvre_in_recorded_range import SAMPLE_PERIOD, SampledManoeuvre
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.fitting import Fit
 from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import rmse_of
 from identification.reading.recordings import Recording
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 PATIENCE = 600.0
 """Longest total duration of an experiment that is proposed [s]."""

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 
 def autocorrelation_time(residual: Array) -> float:

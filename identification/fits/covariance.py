@@ -20,7 +20,7 @@ from identification.fits.fitting import Fit
 from identification.fits.least_squares_problem import shares_of_torque_range
 from identification.fits.loss import curvature, influence
 from identification.reading.recordings import Recording
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 _UNKNOWN = 1e-12
 """Below this share of the greatest information, the data do not determine a direction [1]."""

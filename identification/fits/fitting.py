@@ -22,12 +22,12 @@ from scipy.optimize import OptimizeResult, least_squares
 from identification.fits.least_squares_problem import LeastSquaresProblem, shares_of_torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss, cost
 from identification.fits.options import FINE_FIT, FitOptions, OwnerAndName
-from identification.fits.parameter_values import Values, complete_values, initial_guess
 from identification.fits.single_threaded_blas import one_thread
+from identification.fits.values_by_ground_and_recording import Values, complete_values, initial_guess
 from identification.reading.declared_sensor_range import drop_torques_beyond_range
 from identification.reading.recordings import Recording
 from symbolic import Model, parameter_name
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 SAME_WEIGHT = 0.3
 """Relative change of such a weight that counts as none [1]."""

@@ -8,8 +8,13 @@ import numpy as np
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.loss import influence
 from identification.fits.options import FitOptions, OwnerAndName
-from identification.fits.parameter_values import Values, ground_of, grounds_of, rig_parameters
-from identification.reading.declared_car_torques import declared_vehicle_torques
+from identification.fits.values_by_ground_and_recording import (
+    Values,
+    ground_of,
+    grounds_of,
+    rig_parameters,
+)
+from identification.reading.car_torques_beside_tyres import declared_vehicle_torques
 from identification.reading.declared_sensor_range import drop_torques_beyond_range
 from identification.reading.recordings import Recording
 from symbolic import (
@@ -21,7 +26,7 @@ from symbolic import (
     parameter_name,
     simulate,
 )
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 Simulated = tuple[Array, Mapping[OwnerAndName, Array]]
 """Torque of a recording, and its derivatives by label, each of shape (n,)."""

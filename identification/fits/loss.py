@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 
 class Loss(Protocol):

@@ -15,10 +15,10 @@ from numpy.typing import ArrayLike
 from identification.fits.autocorrelation import effective_samples
 from identification.fits.fitting import Fit, fit
 from identification.fits.options import FINE_FIT, FitOptions, OwnerAndName
-from identification.fits.parameter_values import Values, complete_values
+from identification.fits.values_by_ground_and_recording import Values, complete_values
 from identification.reading.recordings import Recording
 from symbolic import TOLERATED, InvalidInputError, Model, Rig, units_of
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 AxisPoint = tuple[list[Recording], Values]
 """Recordings and parameters with a value of the axis in them."""

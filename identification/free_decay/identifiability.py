@@ -22,7 +22,7 @@ from identification.free_decay.vibration_detection import (
     without_spikes,
 )
 from identification.free_decay.vibration_model import rotational_stiffness
-from symbolic.parameters import USUAL
+from symbolic.rig_and_tyre import USUAL
 
 GOOD = (0.003, 0.02)
 """Half-widths of the 95 % intervals of k and b_t, as shares of the values, that need no remedy [1]."""

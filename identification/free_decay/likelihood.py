@@ -34,7 +34,7 @@ from identification.free_decay.vibration_model import (
     simulate_vibration,
 )
 from symbolic import full_slide_level
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 COMMON = 2
 """k and b_t lead the shared unknowns."""

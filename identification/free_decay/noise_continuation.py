@@ -21,7 +21,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from identification.free_decay.likelihood import Likelihood, LikelihoodEvaluation, neg_log_likelihood
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 _MAX_FACTOR, _SAME = 3.0, 0.02
 """Largest factor of the scale between stages, and the relative change at which it has converged."""

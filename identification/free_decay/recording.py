@@ -7,12 +7,12 @@ from typing import cast
 
 import numpy as np
 
+from identification.reading.checked_sample_table import DECAY_COLUMNS, MIN_SAMPLES
 from identification.reading.readers import READERS, Reader, read_table
 from identification.reading.rigfile import rig_overridden_by_table
-from identification.reading.sample_table import DECAY_COLUMNS, MIN_SAMPLES
 from identification.reading.signal_map import NO_MAP, SignalMap, parse_signals
 from symbolic import InvalidInputError, Rig, Tyre
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from identification.fits.parameter_values import ParameterEstimate
-from symbolic.float_array import Array
+from identification.fits.values_by_ground_and_recording import ParameterEstimate
+from symbolic.float_array_type import Array
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
-from identification.fits.parameter_values import ParameterEstimate
+from identification.fits.values_by_ground_and_recording import ParameterEstimate
 from identification.free_decay.identifiability import (
     StiffnessOfOneContact,
     describe_identifiability,
@@ -26,8 +26,8 @@ from identification.free_decay.results import (
 from identification.free_decay.vibration_detection import ContactGeometry, FreeVibration, find_vibration
 from identification.free_decay.vibration_model import VibrationTrajectory, rotational_stiffness
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
-from symbolic.parameters import relative_std_by_lengths
+from symbolic.float_array_type import Array
+from symbolic.rig_and_tyre import relative_std_by_lengths
 
 UNITS = ("N/m^2", "N m s/rad")
 _CONFIDENCE = 0.95

@@ -7,7 +7,7 @@ from scipy.ndimage import median_filter
 
 from identification.free_decay.recording import Decay
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 ContactGeometry = tuple[float, float]
 """a and e [m]; recordings that share them share the slip."""

@@ -7,7 +7,7 @@ stiffness by 4 % and raise the damping by 7 %. Sliding lowers the torque of the 
 
     M_v(psi) + K psi = k psi G(c / |psi|),     c = 3 F_N mu / (4 a^3 k),
 
-with G of `symbolic.patch_moment`. A decaying vibration never comes back to an earlier turning
+with G of `symbolic.patch_moment_by_zones`. A decaying vibration never comes back to an earlier turning
 point, so that Masing's rule holds with the last one alone: from psi_r on, the slip torque is
 S = S_r + 2 (M_v + K .)((psi - psi_r) / 2). The unknown of friction is 1 / (mu F_N): 0 is a patch that
 sticks, the slip is odd in it, and nothing else of load and friction matters.
@@ -25,9 +25,9 @@ import casadi as ca
 import numpy as np
 
 from symbolic import Expression, compiled, full_slide_level
-from symbolic.casadi_functions import BufferedCall
-from symbolic.float_array import Array
-from symbolic.patch_moment import unit_corner_moment
+from symbolic.float_array_type import Array
+from symbolic.named_and_buffered_functions import BufferedCall
+from symbolic.patch_moment_by_zones import unit_corner_moment
 
 UNKNOWNS = ("k", "b_t", "slip", "psi", "psi_dot", "centre")
 """Unknowns of a free vibration: k [N/m^2], b_t [N m s/rad], 1/(mu F_N) [1/N], then angle [rad] and

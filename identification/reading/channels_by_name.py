@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.reading.sample_table import CAR_COLUMNS, COLUMNS, possible_columns
+from identification.reading.checked_sample_table import CAR_COLUMNS, COLUMNS, possible_columns
 from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, corrected_map_text
 from identification.reading.units import (
     factor_of,
@@ -20,7 +20,7 @@ from identification.reading.units import (
 )
 from identification.reading.units_by_magnitude import infer_units_and_sign
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from symbolic.tables.toml_and_json_parsing import excerpt
 
 IN_PYTHON = " (in Python by signals=, or with the rig file itself as rig)"

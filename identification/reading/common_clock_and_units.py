@@ -13,12 +13,12 @@ from identification.reading.channels_by_name import (
     missing_channels_error,
     resolve_columns,
 )
+from identification.reading.checked_sample_table import MAX_SAMPLES, Table
 from identification.reading.map_for_recording import add_unit_by_name, choose_map_for_channels
-from identification.reading.sample_table import MAX_SAMPLES, Table
 from identification.reading.signal_map import ANGLES, SignalMap, SignalSource
 from identification.reading.units import factor_of, is_unit, name_without_unit, unit_in_brackets
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from symbolic.tables.toml_and_json_parsing import prefix_errors
 
 _FASTER = 1.5

@@ -16,9 +16,9 @@ from functools import reduce
 import numpy as np
 
 from identification.reading.recordings import Recording
-from identification.reading.steering_rate import smoothed_rate
+from identification.reading.yaw_rate_from_angle import smoothed_rate
 from symbolic import InvalidInputError, Rig, Tyre
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from symbolic.tables.toml_and_json_parsing import prefix_errors
 
 CHANNELS = ("psi", "M_z", "F_N")

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.reading.recordings import Recording
-from symbolic.float_array import Array
-from symbolic.patch_moment import full_slide_arm
+from symbolic.float_array_type import Array
+from symbolic.patch_moment_by_zones import full_slide_arm
 
 
 def drop_torques_beyond_range(recording: Recording) -> Recording:

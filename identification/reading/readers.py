@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Protocol
 
 from identification.reading.checked_file_reading import require_readable
+from identification.reading.checked_sample_table import Table, require_valid_samples
 from identification.reading.common_clock_and_units import apply_map
 from identification.reading.formats.can import open_can
 from identification.reading.formats.csvfile import read_csv
@@ -19,7 +20,6 @@ from identification.reading.formats.optional_libraries import read_by_optional_l
 from identification.reading.formats.parquet import open_parquet
 from identification.reading.formats.ros import open_ros
 from identification.reading.formats.tdms import open_tdms
-from identification.reading.sample_table import Table, require_valid_samples
 from identification.reading.signal_map import NO_MAP, SignalMap
 from symbolic import InvalidInputError
 

@@ -10,22 +10,22 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from identification.loop_plot import ALIGNING, draw_loops
-from identification.reading.car_recordings import Standstills, hold_last_value, mean_wheel_table
+from identification.reading.car_as_mean_wheel import Standstills, hold_last_value, mean_wheel_table
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples
-from identification.reading.common_clock_and_units import table_from_channels
-from identification.reading.readers import READERS, Reader, read_table
-from identification.reading.rigfile import rig_and_signals, rig_overridden_by_table
-from identification.reading.sample_table import (
+from identification.reading.checked_sample_table import (
     MIN_SAMPLES,
     Table,
     require_valid_samples,
     required_columns,
 )
+from identification.reading.common_clock_and_units import table_from_channels
+from identification.reading.readers import READERS, Reader, read_table
+from identification.reading.rigfile import rig_and_signals, rig_overridden_by_table
 from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, parse_signals
-from identification.reading.steering_rate import require_rate_matches_angle, smoothed_rate
 from identification.reading.units import unit_in_brackets
+from identification.reading.yaw_rate_from_angle import require_rate_matches_angle, smoothed_rate
 from symbolic import InvalidInputError, Rig, Tyre
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from symbolic.tables.notebook_html import html_table
 from symbolic.vehicle.mean_wheel import rig_of
 from symbolic.vehicle.vehicle import Vehicle
@@ -189,7 +189,7 @@ def read_recording(
             before the first with all three are left out, with a logged warning.
         readers: by the suffix of the file's name; `{**READERS, ".log": reader}` adds a format.
         signals: where columns come from, as read by `read_signals`, or ``psi=Angle:deg,M_z=-Mz``.
-        vehicle: the car whose steering was recorded, see `identification.reading.car_recordings`; the
+        vehicle: the car whose steering was recorded, see `identification.reading.car_as_mean_wheel`; the
             recording is then that of its mean wheel, and rig is not used.
 
     Raises:

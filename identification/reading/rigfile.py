@@ -5,7 +5,7 @@ from math import inf
 from pathlib import Path
 
 from identification.reading.checked_file_reading import read_bytes
-from identification.reading.sample_table import Table
+from identification.reading.checked_sample_table import Table
 from identification.reading.signal_map import (
     DBC,
     SignalMap,

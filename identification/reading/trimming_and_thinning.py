@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.reading.checked_sample_table import MIN_SAMPLES
 from identification.reading.recordings import Recording
-from identification.reading.sample_table import MIN_SAMPLES
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 TWISTED = 0.1
 """Share of a recording's largest torque from which its first sample is not at rest."""

@@ -20,8 +20,8 @@ from math import comb, exp, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.sample_table import MIN_SAMPLES
-from symbolic.float_array import Array
+from identification.reading.checked_sample_table import MIN_SAMPLES
+from symbolic.float_array_type import Array
 
 ORDER = 4
 """Of the differences; a higher one does as well."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from identification.reading.signal_map import SignalSource
 from identification.reading.units import UNITS
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from symbolic.signal_plausibility_limits import (
     MAX_PLAUSIBLE_PERIOD,
     MAX_RETURNED_WORK,

@@ -22,7 +22,7 @@ from identification.fits.autocorrelation import lagged_products
 from identification.fits.fitting import Fit
 from identification.fits.least_squares_problem import torque_range
 from identification.reading.recordings import Recording
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 CONFIDENCE = 0.99
 """Share of independent residuals whose correlation stays within its band [1]."""

@@ -29,7 +29,7 @@ from identification.residuals.residual_signals import (
     motion_and_model_torque,
 )
 from symbolic import EFFECTS, Effect
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 MAX_LAG = 2.0
 """Longest lag of the autocorrelation that is kept [s]."""

@@ -9,7 +9,7 @@ from identification.fits.loss import rmse_of
 from identification.reading.recordings import Recording
 from identification.reading.trimming_and_thinning import MIN_REVERSAL
 from symbolic import Effect, InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 MIN_MOVING_SHARE = 0.05
 """Below this share of its rms yaw rate the wheel counts as resting [1]."""

@@ -10,7 +10,7 @@ from identification.fits.fitting import Fit, last_effect_at_bound
 from identification.fits.least_squares_problem import is_first_torque_zero, shares_of_torque_range
 from identification.fits.loss import influence
 from identification.reading.recordings import Recording
-from identification.residuals.unexplained_residual import MAX_NOISE_RATIO
+from identification.residuals.residual_structure import MAX_NOISE_RATIO
 from identification.selection.trial import Judgement, Trial, model_of
 from symbolic import Effect, InvalidInputError
 

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from identification.fits.fitting import Fit
 from identification.fits.least_squares_problem import shares_of_torque_range, torque_range
-from identification.fits.parameter_values import ground_of
 from identification.fits.single_threaded_blas import one_thread
+from identification.fits.values_by_ground_and_recording import ground_of
 from identification.reading.recordings import Recording
 from symbolic import parameter_name
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 Mask = NDArray[np.bool_]
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from identification.fits.fitting import last_effect_at_bound
-from identification.fits.parameter_values import Values
+from identification.fits.values_by_ground_and_recording import Values
 from identification.reading.recordings import Recording
 from identification.selection.criteria import (
     CLEAR_BIC,

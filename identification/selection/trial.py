@@ -9,12 +9,12 @@ from identification.fits.fitting import Fit, fit
 from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss, rmse_of
 from identification.fits.options import COARSE_FIT, FINE_FIT, FitOptions
-from identification.fits.parameter_values import Values, initial_guess
+from identification.fits.values_by_ground_and_recording import Values, initial_guess
 from identification.reading.recordings import Recording
 from identification.reading.trimming_and_thinning import recording_at_samples
 from identification.selection.leave_one_out_linearised import leave_one_out
 from symbolic import SEARCH_STEPS, Effect, Model
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 CORNERS = 16
 """Zone corners kept in identification; beyond this depth they carry less than 1e-6 of the torque."""

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from identification.fits.fitting import Fit
-from identification.fits.parameter_values import Values, initial_guess
+from identification.fits.values_by_ground_and_recording import Values, initial_guess
 from identification.reading.recordings import Recording
 from identification.selection.trial import Trial, TrialTask, model_of, trial_of
 from symbolic import Model

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from identification.fits.loss import Loss
-from identification.fits.parameter_values import Values
+from identification.fits.values_by_ground_and_recording import Values
 from identification.reading.recordings import Recording
 from identification.selection.trial import (
     FINE,

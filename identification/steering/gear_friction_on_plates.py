@@ -16,13 +16,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from identification.fits.parameter_values import ParameterEstimate
-from identification.reading.car_plausibility import MOVING, require_unclipped
-from identification.reading.car_recordings import RackRecording
-from identification.reading.steering_rate import smoothed_rate
+from identification.fits.values_by_ground_and_recording import ParameterEstimate
+from identification.reading.car_as_mean_wheel import RackRecording
+from identification.reading.car_units_and_signs import MOVING, require_unclipped
+from identification.reading.yaw_rate_from_angle import smoothed_rate
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
-from symbolic.parameters import EVEN
+from symbolic.float_array_type import Array
+from symbolic.rig_and_tyre import EVEN
 from symbolic.vehicle.contact_about_kingpin import Contact
 from symbolic.vehicle.steering import jacking_torque, mean_wheel_angle, rack_lever
 from symbolic.vehicle.vehicle import RANGES, Vehicle

@@ -1,6 +1,6 @@
 """Methods of [Györök 2022] for comparison: FFT and decrement, networks, towing, published estimates."""
 
-from identification.thesis.friction_network import (
+from identification.thesis.friction_neural_network import (
     Activation,
     FrictionNetwork,
     NetworkDesign,

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtrit
 
-from identification.fits.parameter_values import ParameterEstimate
+from identification.fits.values_by_ground_and_recording import ParameterEstimate
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 MIN_TOWS = 4
 """Two parameters, and two more tows for their deviation."""

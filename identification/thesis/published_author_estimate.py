@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from identification.reading.checked_file_reading import read_text
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 COLUMNS = (
     "t", "psi", "psi_max", "M_z", "e", "F_N", "a", "k", "positive", "five_zones", "mu", "declared",

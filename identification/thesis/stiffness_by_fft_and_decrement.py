@@ -17,7 +17,7 @@ import numpy as np
 from identification.free_decay.recording import Decay
 from identification.free_decay.vibration_detection import FreeVibration, find_vibration
 from identification.free_decay.vibration_model import rotational_stiffness
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 _FINE = 0.01
 """Distance of two frequencies of the padded transform [Hz]; [Györök 2022] has one over the duration."""

@@ -2,7 +2,7 @@
 
 from observers.embedded.codegen import generate, generate_ros2
 from observers.embedded.fmu import generate_fmu
-from observers.embedded.generated_file_checks import require_replaceable
+from observers.embedded.generated_file_overwriting import require_replaceable
 from observers.embedded.native import NativeObserver, compile_native
 from observers.embedded.scalar_expansion import Tunable
 from observers.embedded.scalar_type import DOUBLE, SINGLE, Real

@@ -18,7 +18,11 @@ import numpy as np
 
 from observers.embedded.casadi_c_reduction import embedded_code
 from observers.embedded.compact_codegen import compact_body, compact_patch
-from observers.embedded.generated_file_checks import file_mark, require_usable_code_name, write_generated
+from observers.embedded.generated_file_overwriting import (
+    file_mark,
+    require_usable_code_name,
+    write_generated,
+)
 from observers.embedded.jinja_templates import ObserverBody, render
 from observers.embedded.reference_samples import reference_csv
 from observers.embedded.run_time_parameters import parameter_placeholders, run_time_parameters

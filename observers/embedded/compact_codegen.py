@@ -7,14 +7,14 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from observers.embedded.estimators.compact_ekf import compact_ekf_code
-from observers.embedded.estimators.compact_mhe import compact_mhe_code
-from observers.embedded.estimators.shared_step_functions import EstimatorCode, clean_and_patch_signals
-from observers.embedded.estimators.supervision import (
+from observers.embedded.estimators.acquisition_around_estimator import (
     acquisition_functions,
     verdict_function_and_loop_c,
     with_supervision,
 )
+from observers.embedded.estimators.compact_ekf import compact_ekf_code
+from observers.embedded.estimators.compact_mhe import compact_mhe_code
+from observers.embedded.estimators.shared_step_functions import EstimatorCode, clean_and_patch_signals
 from observers.embedded.jinja_templates import ObserverBody, render
 from observers.embedded.patches.bristles import bristle_patch_code, has_bristles
 from observers.embedded.patches.exact_patch import exact_patch_code, has_exact_patch
@@ -35,10 +35,10 @@ from observers.patch.update import memory_depends_on_tyre
 from observers.protocol import OUTPUT, SAMPLE, FunctionObserver
 from observers.quality.acquisition import OWN
 from observers.quality.friction_change_by_stroke import change_monitor_fields
-from observers.quality.hypotheses_verdict import VERDICT
 from observers.quality.hysteresis_branches import TRACK
-from observers.quality.innovation_gate import COUNTS
+from observers.quality.mu_and_scale_from_hypotheses import VERDICT
 from observers.quality.mu_over_k_hypotheses import SETTINGS, hypothesis_fields
+from observers.quality.outlier_or_ground_change import COUNTS
 from symbolic import DECLARED
 from symbolic.compilation.scalar_c import ELEMENTARY
 

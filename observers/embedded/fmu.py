@@ -16,7 +16,7 @@ from typing import Any
 
 from observers.embedded.codegen import INPUTS_OF, TORQUE_MEANING, source_texts
 from observers.embedded.fmi_versions import VERSIONS, fmi_base_unit_xml, marked_unused
-from observers.embedded.generated_file_checks import require_replaceable
+from observers.embedded.generated_file_overwriting import require_replaceable
 from observers.embedded.jinja_templates import render
 from observers.embedded.scalar_expansion import Tunable
 from observers.embedded.scalar_type import SINGLE, Real

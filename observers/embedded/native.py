@@ -17,7 +17,7 @@ from observers.protocol import ESTIMATE, FunctionObserver
 from symbolic import InvalidInputError, compiler
 from symbolic.compilation.operating_system import LIBRARY_SUFFIX
 from symbolic.compilation.toolchain import compiler_command, run_compiler
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 COMPILER_FLAGS = ("-std=c99", "-O2", "-fno-math-errno", "-fPIC", "-shared", "-I.")
 """The flags of a target: no instructions of one processor."""

@@ -4,12 +4,12 @@ from math import isfinite, nan
 
 import numpy as np
 
-from observers.embedded.generated_file_checks import file_mark
+from observers.embedded.generated_file_overwriting import file_mark
 from observers.embedded.scalar_type import Real
 from observers.interfaces.control_loop import Loop
 from observers.protocol import ESTIMATE, FunctionObserver, Sample
 from symbolic import simulate
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 INPUTS = ("psi", "psi_dot", "M_z", "M", "F_N", "dt")
 COUNT, SAMPLE_PERIOD, SEED = 400, 0.01, 20

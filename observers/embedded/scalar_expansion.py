@@ -14,8 +14,8 @@ from observers.layout import outputs_of
 from observers.measurement.measurement_model import RIG
 from observers.patch.patch_protocol import EQUIVALENT
 from observers.tuning import TUNING_FIELDS
-from symbolic.casadi_functions import named_function
 from symbolic.compilation.scalar_c import Comments, c_function
+from symbolic.named_and_buffered_functions import named_function
 
 Tunable = Literal["", "tuning", "all"]
 """What generated code takes at run time: nothing, the tuning, or model, rig and tuning."""

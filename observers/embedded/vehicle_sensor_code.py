@@ -4,12 +4,12 @@ from pathlib import Path
 
 import casadi as ca
 
-from observers.embedded.generated_file_checks import file_mark, write_generated
+from observers.embedded.generated_file_overwriting import file_mark, write_generated
 from observers.embedded.jinja_templates import render
 from observers.embedded.scalar_type import Real, code_in_type, prefix_own_c_names
 from observers.layout import symbols
-from symbolic.casadi_functions import named_function
 from symbolic.compilation.scalar_c import c_function
+from symbolic.named_and_buffered_functions import named_function
 from symbolic.vehicle.mean_wheel import wheel_from_rack
 from symbolic.vehicle.steering import pinion_angle, rack_force, rack_position
 from symbolic.vehicle.vehicle import Vehicle

@@ -29,7 +29,7 @@ from observers.quality.wrong_units_or_signs import EVIDENCE, START
 from observers.tuning import INFORMED, Tuning
 from symbolic import DECLARED, GEOMETRY, InvalidInputError, Model, Rig
 from symbolic.effects.asymmetric_friction import weaker_share_below_mean
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from symbolic.tables.found_model import units_of
 
 _AT_REST = Sample(psi=0.0, psi_dot=0.0, F_N=1000.0, dt=0.01, M_z=0.0, M=0.0)

@@ -13,8 +13,8 @@ from functools import cache
 
 import casadi as ca
 
+from observers.estimators.ekf_mhe_step_terms import StepSample, clip_to_bounds, step_symbols
 from observers.estimators.model_observer import ModelObserver
-from observers.estimators.step_terms import StepSample, clip_to_bounds, step_symbols
 from observers.layout import Layout, Parts
 from observers.measurement.linearisation import (
     angle_is_state,
@@ -35,14 +35,14 @@ from observers.patch.update import (
 )
 from observers.protocol import OUTPUT
 from observers.quality.friction_change_by_stroke import change_monitor_fields
-from observers.quality.innovation_gate import COUNTS, huber_weight, innovation_variance
+from observers.quality.outlier_or_ground_change import COUNTS, huber_weight, innovation_variance
 from observers.udu import (
     add_variance,
     build_udu_prediction,
     build_udu_update,
     symbolic_covariance_from_udu,
 )
-from symbolic.casadi_functions import named_function
+from symbolic.named_and_buffered_functions import named_function
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +57,7 @@ class Ekf(ModelObserver):
     `memory_sensitivity` (m, t) and the tyre's parameters `linearisation_point` (t,) that it holds for;
     `x` (n,) in the order of `states` and `factor` (n, n) of its covariance, see `covariance_of`; `last`,
     the last sample; `M_z` and `slopes`; `counts`, streak and changes of the ground; `monitor`, see
-    `observers.quality.innovation_alarms`; `output`.
+    `observers.quality.slow_change_and_misfit_alarms`; `output`.
     """
 
     iterations: int = 1

@@ -20,7 +20,7 @@ from observers.quality.acquisition_and_tracking import initial_supervision
 from observers.tuning import TUNING_FIELDS
 from observers.udu import symbolic_covariance_from_udu
 from symbolic import GEOMETRY, SIGNALS, full_slide_torque
-from symbolic.casadi_functions import named_function
+from symbolic.named_and_buffered_functions import named_function
 
 
 @cache

@@ -28,6 +28,7 @@ from functools import cache, partial
 
 import casadi as ca
 
+from observers.estimators.ekf_mhe_step_terms import StepSample, clip_to_bounds, step_symbols
 from observers.estimators.mhe_recursions import (
     arrival_variance_increment,
     build_acceptance_update,
@@ -37,19 +38,18 @@ from observers.estimators.mhe_recursions import (
     has_not_converged,
 )
 from observers.estimators.model_observer import ModelObserver
-from observers.estimators.step_terms import StepSample, clip_to_bounds, step_symbols
 from observers.layout import Layout, Parts, symbols
 from observers.measurement.linearisation import angle_is_state, slope_states
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
-from observers.patch.history import PatchWindow
+from observers.patch.patch_memory_over_window import PatchWindow
 from observers.patch.patch_protocol import PatchModel
 from observers.patch.update import memory_depends_on_tyre, reset_retention, sensitivity_retention
 from observers.protocol import OUTPUT
 from observers.quality.friction_change_by_stroke import change_monitor_fields
-from observers.quality.innovation_gate import COUNTS
+from observers.quality.outlier_or_ground_change import COUNTS
 from observers.tuning import TUNING_FIELDS
 from observers.udu import add_variance
-from symbolic.casadi_functions import named_function
+from symbolic.named_and_buffered_functions import named_function
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,10 +60,10 @@ class Mhe(ModelObserver):
         window: samples fitted at once, N.
         iterations: Gauss-Newton steps a sample; the window begins where the last sample left it.
 
-    Parts of its state: the memory of the patch, see `observers.patch.history`; `samples` (15, N), oldest
-    first, dt = 0 in empty places; `x` (n, N), the states at each in the order of `states`; `mean` (n,)
-    and `factor` (n, n), the arrival; `P_newest` (n, n), covariance of the newest x; `counts`; `monitor`;
-    `output`.
+    Parts of its state: the memory of the patch, see `observers.patch.patch_memory_over_window`;
+    `samples` (15, N), oldest first, dt = 0 in empty places; `x` (n, N), the states at each in the order
+    of `states`; `mean` (n,) and `factor` (n, n), the arrival; `P_newest` (n, n), covariance of the
+    newest x; `counts`; `monitor`; `output`.
     """
 
     window: int = 50

@@ -19,7 +19,7 @@ from functools import cache
 
 import casadi as ca
 
-from observers.estimators.step_terms import clip_to_bounds
+from observers.estimators.ekf_mhe_step_terms import clip_to_bounds
 from observers.layout import Expression, named, symbols, symbols_of_inputs
 from observers.measurement.linearisation import (
     build_linearised_measurement,
@@ -28,10 +28,10 @@ from observers.measurement.linearisation import (
     state_index,
 )
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
-from observers.quality.innovation_gate import huber_weight
+from observers.quality.outlier_or_ground_change import huber_weight
 from observers.tuning import TUNING_FIELDS
 from observers.udu import predict_covariance, symbolic_covariance_from_udu, update_covariance
-from symbolic.casadi_functions import named_function
+from symbolic.named_and_buffered_functions import named_function
 
 
 @cache
@@ -135,9 +135,9 @@ def build_acceptance_update() -> ca.Function:
     """(accepted, jump, age, test, variance) -> (accepted_next, jump_next) of a sample in the window.
 
     age is 0 for the newest sample; test is accepted, reset and run of the newest one, see
-    `observers.quality.innovation_gate`; variance is that of ln mu on an unknown ground. After a change
-    of the ground the whole run is accepted, and ln mu jumps before its first sample; where that is not
-    behind the window's oldest sample see `arrival_variance_increment`.
+    `observers.quality.outlier_or_ground_change`; variance is that of ln mu on an unknown ground. After a
+    change of the ground the whole run is accepted, and ln mu jumps before its first sample; where that
+    is not behind the window's oldest sample see `arrival_variance_increment`.
     """
     inputs = symbols(ca.SX, accepted=1, jump=1, age=1, test=3, variance=1)
     accepted, jump, age, test, variance = inputs.values()

@@ -16,7 +16,7 @@ from observers.measurement.measurement_model import RIG, AligningTorque, Measure
 from observers.patch.patch_protocol import EQUIVALENT
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch
 from observers.quality.acquisition_and_tracking import build_step_with_acquisition, supervision_layout
-from observers.quality.equivalent_patch import equivalent_patch
+from observers.quality.closest_declared_patch import equivalent_patch
 from observers.tuning import (
     PLAUSIBLE,
     TUNING_FIELDS,
@@ -28,7 +28,7 @@ from symbolic import InvalidInputError, Model, Rig
 from symbolic.effects.asymmetric_friction import ASYMMETRY_RATIO
 from symbolic.effects.base import parameter_name
 from symbolic.elements_in_series import series_deflection
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 RIG_UNITS = ("m", "m", "kg m^2", "N m s/rad", "rad/s", "N m", "N m", "N m")
 

@@ -14,7 +14,7 @@ from observers.interfaces.tuning_profiles import tuning_for
 from observers.measurement.rack_force import RackForce
 from observers.protocol import ESTIMATE, Observer, Sample, Status
 from symbolic import InvalidInputError, Model
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from symbolic.vehicle.mean_wheel import rig_of, wheel_from_rack
 from symbolic.vehicle.rack_time_derivatives import RackTimeDerivatives
 from symbolic.vehicle.vehicle import Vehicle

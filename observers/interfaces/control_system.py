@@ -12,7 +12,7 @@ from observers.estimators.casadi_observer import CasadiObserver
 from observers.layout import ObserverState
 from observers.protocol import ESTIMATE, Sample
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 
 def as_system(

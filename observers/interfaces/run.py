@@ -11,7 +11,7 @@ from observers.measurement.measurement_model import MIN_FIRST_LOAD
 from observers.protocol import ESTIMATE, BatchObserver, Observer, Sample, Status
 from observers.quality.sample_screening import beyond_limits, plausible_angles, sample_limits_of
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 
 def run(

@@ -26,7 +26,7 @@ from observers.measurement.measurement_model import RIG
 from observers.protocol import UNINFORMED, Status
 from observers.udu import covariance_of
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 MOVED = 0.5
 """Part of what later samples move ln mu by, beyond chance, by which it may still be off [1]."""

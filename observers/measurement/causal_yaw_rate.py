@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 FILTER_TIME_CONSTANT = 0.03
 """Time over which the past fades [s]; it lags by as much and takes the steps off an encoder."""

@@ -21,7 +21,7 @@ from observers.layout import Expression, Parts
 from observers.measurement.measurement_model import AligningTorque, Moments
 from observers.measurement.torque_error import JITTER, is_known
 from observers.tuning import REFERENCE_STEP
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 OTHER = "log_mu_other"
 """The state of the direction that does not load the patch."""

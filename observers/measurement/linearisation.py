@@ -13,7 +13,7 @@ from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.measurement.torque_error import is_known
 from observers.protocol import SAMPLE
 from observers.tuning import TUNING_FIELDS
-from symbolic.casadi_functions import named_function
+from symbolic.named_and_buffered_functions import named_function
 
 TYRE = ("log_mu", "stiffness")
 """States that are parameters of the tyre."""

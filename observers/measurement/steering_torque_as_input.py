@@ -35,7 +35,7 @@ from observers.measurement.torque_error import (
 )
 from observers.tuning import REFERENCE_STEP, TUNING_FIELDS
 from symbolic import InvalidInputError, Model, Rig, full_slide_torque
-from symbolic.parameters import EVEN
+from symbolic.rig_and_tyre import EVEN
 
 STALE = 0.1
 """Age at which the error of an imputed steering torque reaches full slide [s]."""

@@ -15,7 +15,7 @@ from observers.measurement.measurement_model import RIG
 from observers.protocol import OUTPUT
 from observers.tuning import TUNING_FIELDS
 from symbolic import GEOMETRY
-from symbolic.casadi_functions import named_function
+from symbolic.named_and_buffered_functions import named_function
 
 
 class PatchModel(Hashable, Protocol):

@@ -23,7 +23,7 @@ from observers.measurement.linearisation import TYRE, slope_states, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.patch.patch_protocol import PatchModel
 from symbolic import GEOMETRY, SIGNALS
-from symbolic.casadi_functions import named_function
+from symbolic.named_and_buffered_functions import named_function
 
 Fields = tuple[tuple[str, int, int], ...]
 PARAMETERS = dict(zip(TYRE, ("mu", "k"), strict=True))

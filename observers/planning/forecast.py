@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from observers.compiled_step import CompiledStretch, compiled_stretch
 from observers.estimators.ekf import Ekf
+from observers.estimators.ekf_mhe_step_terms import DRY_FRICTION
 from observers.estimators.model_observer import ModelObserver
-from observers.estimators.step_terms import DRY_FRICTION
 from observers.layout import ObserverState
 from observers.measurement.directional_friction import OTHER
 from observers.measurement.measurement_model import AligningTorque
@@ -28,7 +28,7 @@ from observers.protocol import OUTPUT, SAMPLE, Sample
 from observers.quality.acquisition import OWN
 from observers.tuning import REFERENCE_STEP, mu_std_floor_by_cause
 from symbolic import full_slide_torque
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 SAMPLES_PER_CALL = 25
 """Samples of one compiled call; between two calls a forecast may end."""

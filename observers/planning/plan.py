@@ -41,7 +41,7 @@ from observers.planning.steering_limits_and_paths import (
 from observers.planning.uncertainty_budget import largest_uncertainty_part
 from observers.protocol import Status
 from observers.tuning import NO_LIMIT
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 Objective = Literal["travel", "time", "angle"]
 Over = Literal["worst", "mean"]

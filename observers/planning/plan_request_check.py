@@ -8,7 +8,7 @@ from observers.planning.forecast import unreachable_target_text
 from observers.planning.steering_limits_and_paths import SteeringLimits, swings_within_limits
 from observers.tuning import NO_LIMIT
 from symbolic import InvalidInputError
-from symbolic.parameters import FRICTION
+from symbolic.rig_and_tyre import FRICTION
 
 MUS = (0.05, 0.1, 0.2, 0.4, 0.8, 1.2)
 """Prior of mu: a car's grounds from ice to dry asphalt [1]."""

@@ -20,7 +20,7 @@ from observers.estimators.ekf import Ekf
 from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.control_loop import Loop
 from observers.layout import ObserverState
-from observers.planning.advice import (
+from observers.planning.advice_and_stop_reasons import (
     MAX_DEVIATION,
     VAGUE,
     Advice,
@@ -40,7 +40,7 @@ from observers.planning.steering_limits_and_paths import (
 )
 from observers.protocol import Estimate, Sample
 from observers.quality.acquisition import OVER, OWN
-from observers.quality.hypotheses_verdict import VERDICT
+from observers.quality.mu_and_scale_from_hypotheses import VERDICT
 from symbolic import InvalidInputError
 
 EVERY = 0.1

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from observers.measurement.causal_yaw_rate import FILTER_TIME_CONSTANT, causal_rate
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 MAX_STEERING_LIMITS = {
     "angle": 20.0, "rate": 100.0, "slowest": 100.0, "torque": inf, "time": 600.0, "acceleration": 1e4,

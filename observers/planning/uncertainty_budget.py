@@ -12,7 +12,7 @@ from observers.planning.steering_limits_and_paths import SteeringPath
 from observers.protocol import OUTPUT, SAMPLE
 from observers.quality.acquisition import OWN
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from symbolic.trajectory_sensitivity import SAMPLES_PER_CALL
 
 SLOPE = "slope of the torque that k does not explain"

@@ -16,17 +16,17 @@ from observers.measurement.measurement_model import MeasurementModel, has_gear_f
 from observers.measurement.torque_error import forgetting_factor, is_known
 from observers.protocol import OUTPUT, Status
 from observers.quality.acquisition_handover import handover_vector, may_hand_over, states_handed_over
-from observers.quality.hypotheses_verdict import (
-    VERDICT,
-    build_hypotheses_verdict,
-    build_mu_std_from_torque_scale,
-)
 from observers.quality.hysteresis_branches import (
     START,
     TRACK,
     build_all_branches_update,
     loads_of_branches,
     relative_mu_sensitivity,
+)
+from observers.quality.mu_and_scale_from_hypotheses import (
+    VERDICT,
+    build_hypotheses_verdict,
+    build_mu_std_from_torque_scale,
 )
 from observers.quality.mu_over_k_hypotheses import (
     MAX_MODEL_ERROR,
@@ -39,7 +39,7 @@ from observers.quality.mu_over_k_hypotheses import (
 )
 from observers.quality.sample_screening import has_flag
 from observers.quality.wrong_units_or_signs import MAX_TYRE_FRICTION
-from symbolic.casadi_functions import named_function, output_if
+from symbolic.named_and_buffered_functions import named_function, output_if
 
 HANDED = 3.0
 """Factor on the model error in the deviation of ln mu at handover [1]: it does not average out."""

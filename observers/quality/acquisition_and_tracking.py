@@ -44,14 +44,15 @@ from observers.quality.acquisition_handover import (
     newest_state,
     states_handed_over,
 )
-from observers.quality.equivalent_patch import (
+from observers.quality.branch_consistency_and_band import build_tracking_consistency
+from observers.quality.closest_declared_patch import (
     build_equivalent_contact,
     build_patch_angle,
     effect_torques_of_sample,
     newest_signals,
 )
-from observers.quality.hypotheses_verdict import VERDICT, build_mu_std_from_torque_scale
 from observers.quality.hysteresis_branches import TRACK, build_present_branch_update, sliding_onset_turn
+from observers.quality.mu_and_scale_from_hypotheses import VERDICT, build_mu_std_from_torque_scale
 from observers.quality.mu_over_k_hypotheses import (
     RESTART_STD,
     SETTINGS,
@@ -62,10 +63,9 @@ from observers.quality.mu_over_k_hypotheses import (
     search_layout,
 )
 from observers.quality.sample_screening import has_flag
-from observers.quality.tracking_consistency import build_tracking_consistency
 from observers.tuning import TUNING_FIELDS
 from symbolic import GEOMETRY, SIGNALS, Model, full_slide_torque
-from symbolic.casadi_functions import named_function, output_if
+from symbolic.named_and_buffered_functions import named_function, output_if
 
 MAY_HAVE_MOVED = 3.0
 """Factor on the deviations of s and of the zero where friction is acquired anew as an innovation lasted:

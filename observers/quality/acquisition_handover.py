@@ -7,8 +7,8 @@ import casadi as ca
 from observers.layout import Expression, Layout, Parts, named
 from observers.measurement.measurement_model import CLEAN, ROWS, MeasurementModel
 from observers.measurement.torque_error import is_known
-from observers.quality.hypotheses_verdict import ALLOWED
-from observers.quality.innovation_gate import COUNTS
+from observers.quality.mu_and_scale_from_hypotheses import ALLOWED
+from observers.quality.outlier_or_ground_change import COUNTS
 from observers.udu import factor_of
 
 DECIDED = 0.15

@@ -13,7 +13,7 @@ from itertools import combinations
 import numpy as np
 from scipy.special import stdtrit
 
-from observers.quality.self_consistency import BAND_95
+from observers.quality.agreement_with_final_estimate import BAND_95
 from symbolic import InvalidInputError
 
 MIN_RECORDINGS = 3

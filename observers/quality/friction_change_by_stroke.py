@@ -22,7 +22,7 @@ from observers.layout import Expression, Parts, named
 from observers.measurement.directional_friction import EXCHANGED, OTHER
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.measurement.torque_error import SENSIBLE, forgetting_factor
-from observers.quality.innovation_alarms import FORGETTING_SAMPLES, MONITOR
+from observers.quality.slow_change_and_misfit_alarms import FORGETTING_SAMPLES, MONITOR
 from observers.tuning import TUNING_FIELDS
 
 REFERENCE = ("reference", "variance", "other_reference", "other_variance", "score", "information")

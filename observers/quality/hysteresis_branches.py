@@ -19,10 +19,14 @@ import casadi as ca
 
 from observers.layout import Expression, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import forgetting_factor
-from symbolic.casadi_functions import named_function
+from symbolic.exact_zone_patch import FAR
 from symbolic.masing import virgin_torque
-from symbolic.patch_moment import corner_moment_and_derivative, full_slide_level, unit_corner_moment
-from symbolic.zone_patch import FAR
+from symbolic.named_and_buffered_functions import named_function
+from symbolic.patch_moment_by_zones import (
+    corner_moment_and_derivative,
+    full_slide_level,
+    unit_corner_moment,
+)
 
 POINTS = 4
 """Turning points that are remembered, the place of rest included."""

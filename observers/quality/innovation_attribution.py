@@ -6,8 +6,8 @@ from observers.layout import Expression, Parts, named
 from observers.measurement.steering_torque_as_input import BLOCK_TIME
 from observers.measurement.torque_error import is_known
 from observers.quality.acquisition import EquivalentPatch
-from observers.quality.hypotheses_verdict import VERDICT, log_torque_scale_variance
 from observers.quality.hysteresis_branches import torque_slope_by_log_k
+from observers.quality.mu_and_scale_from_hypotheses import VERDICT, log_torque_scale_variance
 from observers.quality.mu_over_k_hypotheses import NOISIER, SETTINGS, build_torque_error_variance
 
 BEYOND, IN_A_ROW = 2.5, 5

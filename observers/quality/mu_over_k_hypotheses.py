@@ -33,7 +33,7 @@ from observers.quality.hysteresis_branches import (
 )
 from observers.udu import update_covariance
 from symbolic import full_slide_torque
-from symbolic.casadi_functions import named_function
+from symbolic.named_and_buffered_functions import named_function
 
 RATIOS = np.geomspace(0.012, 6.0, 14)
 """Hypotheses about mu at the declared k [1]."""

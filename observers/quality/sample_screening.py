@@ -18,8 +18,8 @@ from observers.measurement.measurement_model import MIN_FIRST_LOAD
 from observers.protocol import OUTPUT, SAMPLE, Status
 from observers.quality.wrong_units_or_signs import EVIDENCE, build_implausibility_evidence
 from observers.tuning import NO_LIMIT, PLAUSIBLE
-from symbolic.casadi_functions import named_function
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
+from symbolic.named_and_buffered_functions import named_function
 
 SLACK = 0.01
 """Change of the angle that any time allows: noise, steps of a sensor, an uneven clock [rad]."""

@@ -17,10 +17,10 @@ from observers.compiled_step import compiled_stretch, run_stretches
 from observers.layout import Expression, Layout, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import SENSIBLE, is_known
 from observers.protocol import OUTPUT, SAMPLE, Sample, Status
-from observers.quality.hypotheses_verdict import VERDICT
+from observers.quality.mu_and_scale_from_hypotheses import VERDICT
 from symbolic import Rig, full_slide_torque
-from symbolic.casadi_functions import named_function
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
+from symbolic.named_and_buffered_functions import named_function
 from symbolic.signal_plausibility_limits import (
     MAX_PLAUSIBLE_PERIOD,
     MAX_RETURNED_WORK,

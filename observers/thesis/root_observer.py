@@ -25,7 +25,7 @@ from observers.thesis.zone_state_machine import (
     zone_torque_curve,
 )
 from symbolic import InvalidInputError, Rig, Tyre, full_slide_arm, full_slide_torque
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 CLOSE = 1e-6
 """Share of the full-slide torque at mu = 1 below which f counts as zero [1]."""

@@ -27,8 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symbolic import InvalidInputError, Rig, TurningPoints, virgin_torque
-from symbolic.casadi_functions import BufferedCall
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
+from symbolic.named_and_buffered_functions import BufferedCall
 
 POINT = ("mu", "turn", "turn_back", "F_N", "k", "a", "e")
 """Inputs of the torque of the zones: [1], [rad], [rad], [N], [N/m^2], [m], [m]."""

@@ -30,7 +30,7 @@ from symbolic.compilation.single_bristle_functions import (
 )
 from symbolic.elements_in_series import series_deflection
 from symbolic.errors import BrushgripError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from symbolic.model import Model
 
 if TYPE_CHECKING:

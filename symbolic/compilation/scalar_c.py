@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from symbolic.errors import BrushgripError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 INFIX = {
     ca.OP_ADD: "+", ca.OP_SUB: "-", ca.OP_MUL: "*", ca.OP_DIV: "/", ca.OP_LT: "<", ca.OP_LE: "<=",

@@ -12,7 +12,6 @@ import casadi as ca
 
 from symbolic.bristle_patch import BristlePatch
 from symbolic.bristle_slip import log_speed_search, solver_outputs_at_log_speed
-from symbolic.casadi_functions import named_function
 from symbolic.elements_in_series import build_linear_patch_balance
 from symbolic.model import (
     GEOMETRY,
@@ -22,6 +21,7 @@ from symbolic.model import (
     effect_memory_torque,
     transform_sample_by_effects,
 )
+from symbolic.named_and_buffered_functions import named_function
 from symbolic.patch_interface import Expression, Signals, patch_inputs
 
 Functions = dict[str, ca.Function]

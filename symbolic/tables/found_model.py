@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from symbolic.effects.base import parameter_name
 from symbolic.errors import InvalidInputError
 from symbolic.model import Model
-from symbolic.parameters import EVEN, USUAL, Rig
+from symbolic.rig_and_tyre import EVEN, USUAL, Rig
 
 STIFFNESS_CHANGES = 0.05
 """Least tolerance of a found k, as a share of it [1]: warmth and pressure of a tyre change it."""

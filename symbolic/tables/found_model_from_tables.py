@@ -7,7 +7,7 @@ from symbolic.effects.base import Effect, parameter_name
 from symbolic.effects.library import effects_named
 from symbolic.errors import InvalidInputError
 from symbolic.model import Model
-from symbolic.parameters import TOLERATED
+from symbolic.rig_and_tyre import TOLERATED
 from symbolic.tables.found_model import FoundModel, ModelBasis, ModelError, units_of
 from symbolic.tables.toml_and_json_parsing import excerpt, floats, prefix_errors, quoted_value
 

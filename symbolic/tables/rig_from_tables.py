@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from symbolic.errors import InvalidInputError
-from symbolic.parameters import TOLERATED, Rig, Tolerances, Tyre
+from symbolic.rig_and_tyre import TOLERATED, Rig, Tolerances, Tyre
 from symbolic.tables.toml_and_json_parsing import absolute_tolerance, excerpt, floats, require_number
 
 RIG_KEYS = {

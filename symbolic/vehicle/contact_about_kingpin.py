@@ -28,7 +28,7 @@ from math import sin
 
 import numpy as np
 
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from symbolic.vehicle.steering import lock_angle
 from symbolic.vehicle.vehicle import Vehicle
 

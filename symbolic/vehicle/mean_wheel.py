@@ -22,10 +22,10 @@ from math import hypot
 
 import numpy as np
 
-from symbolic.float_array import Array
-from symbolic.parameters import EVEN, Rig, Tolerances, Tyre
+from symbolic.float_array_type import Array
 from symbolic.patch_interface import Expression
-from symbolic.patch_moment import full_slide_arm, unit_corner_moment
+from symbolic.patch_moment_by_zones import full_slide_arm, unit_corner_moment
+from symbolic.rig_and_tyre import EVEN, Rig, Tolerances, Tyre
 from symbolic.vehicle.contact_about_kingpin import (
     Contact,
     contact_growth_at_full_lock,

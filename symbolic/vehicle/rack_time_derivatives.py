@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 SMOOTHING_TIME = 0.06
 """Time over which the parabola is laid [s]."""

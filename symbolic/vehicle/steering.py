@@ -40,7 +40,7 @@ import casadi as ca
 import numpy as np
 
 from symbolic.errors import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from symbolic.patch_interface import Expression
 from symbolic.vehicle.vehicle import RANGES, Pairs, Vehicle
 

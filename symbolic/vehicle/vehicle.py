@@ -16,7 +16,7 @@ from math import inf, isfinite, nan, pi
 from typing import Annotated, NamedTuple, get_origin, get_type_hints
 
 from symbolic.errors import InvalidInputError
-from symbolic.parameters import EVEN
+from symbolic.rig_and_tyre import EVEN
 
 CARCASS = 0.1
 """Share of the load that the carcass carries without the pressure [1]."""

@@ -29,7 +29,7 @@ from tests.attack import (
 )
 from tests.attack import test_properties as properties
 from tests.attack.attack_class import Classes, Effort, examples, undertake
-from tests.symbolic import test_zone_patch as zones
+from tests.symbolic import test_exact_zone_patch as zones
 
 PROPERTIES: Classes = {
     "masing": examples(zones.test_masing_and_madelung_hold_to_rounding_under_constant_load),

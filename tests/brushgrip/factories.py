@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.estimation.assumed_and_found_friction import EKF_FOUND, FrictionByBothModels
+from brushgrip.estimation.friction_by_both_models import EKF_FOUND, FrictionByBothModels
 from brushgrip.estimation.observe_recording import FrictionTrack
 from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import (
@@ -17,12 +17,12 @@ from identification.diagnosis.result_parts import (
     Series,
     TorqueErrors,
 )
+from identification.experiments.manoeuvre_in_recorded_range import SampledManoeuvre
 from identification.experiments.proposed_experiment import Proposal
-from identification.experiments.sampled_manoeuvre import SampledManoeuvre
-from identification.fits.parameter_values import ParameterEstimate, Values
+from identification.fits.values_by_ground_and_recording import ParameterEstimate, Values
 from identification.residuals.partial_correlations import Autocorrelation, SignalCorrelation, Signatures
 from identification.residuals.residual_signals import RESIDUAL_SIGNALS, effects_with_signature
-from identification.residuals.unexplained_residual import Unexplained
+from identification.residuals.residual_structure import Unexplained
 from observers import Estimates, SelfConsistency, Status
 from symbolic import EFFECTS, Model, effects_named
 

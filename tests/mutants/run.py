@@ -5,10 +5,10 @@
 Every file tests/mutants/*.toml holds entries
 
     [[mutant]]
-    file = "symbolic/zone_patch.py"
+    file = "symbolic/exact_zone_patch.py"
     from = "text that occurs exactly once in the file"
     to = "text in its place"
-    tests = ["tests/symbolic/test_zone_patch.py"]
+    tests = ["tests/symbolic/test_exact_zone_patch.py"]
 
 The tests run in copies of the checkout, first unchanged, then once for every change. Exit status 1 if
 a change survives, if its text does not occur exactly once, or if its tests do not pass on the unchanged

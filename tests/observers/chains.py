@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

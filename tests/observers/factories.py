@@ -24,7 +24,7 @@ from observers import (
 )
 from reference_rig import RigRecording, RigTyre, SteeringRecording, hand_path, simulate_bristles
 from symbolic import Model, effects_named, simulate
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.conftest import RIG, K
 
 Recording = RigRecording | SteeringRecording

@@ -8,7 +8,7 @@ from scipy.interpolate import CubicSpline
 from observers import causal_rate
 from reference_rig import GroundRecording
 from symbolic import Model, simulate
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.conftest import RIG, K
 from tests.observers.monte_carlo import ALLOWANCE, GREATEST, LEAST, NOISE, PRIOR
 

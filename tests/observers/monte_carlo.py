@@ -22,7 +22,7 @@ from reference_rig import (
     make_ground_recording,
     make_steering_recording,
 )
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.conftest import make
 from tests.observers.factories import columns_of, slide
 

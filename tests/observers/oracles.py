@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from observers import Sample
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.chains import Chain, dense
 from tests.observers.textbook import History, StateSpace
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification import Recording, read_recording
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 STEEL = [("fem1", 190), ("fem3", 142), ("fem4_ident", 174), ("fem5", 92)]
 """Recordings on steel, and the sample at which the published estimate begins."""

@@ -19,7 +19,7 @@ from reference_rig import (
     quantise,
     sample_instants,
 )
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.monte_carlo import (
     Recording,
     drawn,

@@ -12,7 +12,7 @@ from observers.udu import (
     factor_of,
     symbolic_covariance_from_udu,
 )
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 SIZES = range(1, 6)
 

@@ -11,7 +11,7 @@ import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
 from observers import Sample
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.factories import slide
 
 

@@ -1,4 +1,4 @@
-"""The steered wheel: hand, ground, samples; its motion is in `tests/symbolic/test_wheel_dynamics.py`."""
+"""The steered wheel: hand, ground, samples; for its motion see `test_wheel_motion_under_torque`."""
 
 import numpy as np
 import pytest

@@ -10,7 +10,7 @@ from scipy.integrate import quad
 
 from reference_rig import RigTyre, build_effects, free_path, simulate_bristles
 from symbolic import EFFECTS, Effect, Expression, Model, Parameter, Signals, Values, simulate
-from symbolic.patch_moment import full_slide_arm, full_slide_torque
+from symbolic.patch_moment_by_zones import full_slide_arm, full_slide_torque
 from tests.symbolic.oracles import Array, flat, theta_of
 from tests.symbolic.test_effects import EACH, VALUES
 

@@ -21,7 +21,7 @@ from identification.reading.formats.optional_libraries import import_library, re
 from identification.reading.signal_map import SignalMap, SignalSource
 from identification.reading.units import is_unit
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 MAX_DATABASE_SIZE = 20_000_000
 """Largest DBC file that is read [bytes]."""

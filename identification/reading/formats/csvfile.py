@@ -21,6 +21,13 @@ from identification.reading.channels_by_name import (
     match_channel,
     missing_channels_error,
 )
+from identification.reading.checked_sample_table import (
+    CAR_COLUMNS,
+    MAX_SAMPLES,
+    Table,
+    TableFault,
+    possible_columns,
+)
 from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.formats.csvdialect import (
     NumberParser,
@@ -31,13 +38,6 @@ from identification.reading.formats.csvdialect import (
 )
 from identification.reading.map_for_recording import choose_map_for_channels
 from identification.reading.rigfile import DECLARABLE
-from identification.reading.sample_table import (
-    CAR_COLUMNS,
-    MAX_SAMPLES,
-    Table,
-    TableFault,
-    possible_columns,
-)
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.units import unit_in_brackets
 from symbolic import TOLERATED, InvalidInputError

@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.checked_file_reading import read_bytes, require_readable
+from identification.reading.checked_sample_table import COLUMNS, MAX_SAMPLES, Table
 from identification.reading.common_clock_and_units import table_from_channels
 from identification.reading.rigfile import DECLARABLE
-from identification.reading.sample_table import COLUMNS, MAX_SAMPLES, Table
 from identification.reading.signal_map import NO_MAP, SignalMap
 from symbolic import TOLERATED, InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from symbolic.tables.toml_and_json_parsing import prefix_errors
 
 VARIABLES = {"t": "time", "psi": "Psi", "M_z": "Mz", "F_N": "Fz"}

@@ -9,8 +9,8 @@ from typing import Any
 
 from identification.reading.channels_by_name import Opener
 from identification.reading.checked_file_reading import require_readable
+from identification.reading.checked_sample_table import MAX_SAMPLES, Table
 from identification.reading.common_clock_and_units import table_from_channels
-from identification.reading.sample_table import MAX_SAMPLES, Table
 from identification.reading.signal_map import NO_MAP, SignalMap
 from symbolic import InvalidInputError
 from symbolic.compilation.operating_system import MemoryLimit

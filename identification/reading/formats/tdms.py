@@ -12,7 +12,7 @@ from identification.reading.channels_by_name import ChannelFile, ChannelSamples
 from identification.reading.formats.optional_libraries import import_library, require_allowed_size
 from identification.reading.signal_map import SignalMap
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 _LEAD_IN = 28
 """Of every segment: tag, contents, version, length of all that follows and of its metadata [bytes]."""

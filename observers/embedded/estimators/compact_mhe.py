@@ -21,6 +21,7 @@ from observers.embedded.estimators.shared_step_functions import (
 )
 from observers.embedded.patches.patch_code import PatchCode, mhe_window_length
 from observers.embedded.scalar_expansion import ConstantSubstitution
+from observers.estimators.ekf_mhe_step_terms import StepSample, clip_to_bounds
 from observers.estimators.mhe_recursions import (
     arrival_variance_increment,
     build_acceptance_update,
@@ -29,7 +30,6 @@ from observers.estimators.mhe_recursions import (
     build_state_prediction,
     has_not_converged,
 )
-from observers.estimators.step_terms import StepSample, clip_to_bounds
 from observers.layout import Layout, named, outputs_of
 from observers.measurement.directional_friction import EVIDENCE, OTHER
 from observers.measurement.linearisation import build_linearised_motion, slope_states
@@ -37,8 +37,8 @@ from observers.measurement.measurement_model import CLEAN, RIG, ROWS, Measuremen
 from observers.patch.update import slopes_by_states, tyre_states
 from observers.protocol import SAMPLE
 from observers.quality.friction_change_by_stroke import change_monitor_fields
-from observers.quality.innovation_alarms import log_mu_variance_between_grounds
-from observers.quality.innovation_gate import COUNTS, build_innovation_test
+from observers.quality.outlier_or_ground_change import COUNTS, build_innovation_test
+from observers.quality.slow_change_and_misfit_alarms import log_mu_variance_between_grounds
 from observers.tuning import TUNING_FIELDS
 
 TORQUES = ("M_Z", "BY_MU", "BY_STIFFNESS", "BY_ANGLE")

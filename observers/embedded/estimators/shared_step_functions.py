@@ -23,10 +23,10 @@ from observers.measurement.measurement_model import CLEAN, RIG, ROWS, Measuremen
 from observers.patch.patch_protocol import build_effective_friction
 from observers.patch.update import reset_retention, sensitivity_retention, signals_with_states
 from observers.protocol import SAMPLE
-from observers.quality.innovation_alarms import log_mu_variance_between_grounds
+from observers.quality.slow_change_and_misfit_alarms import log_mu_variance_between_grounds
 from observers.tuning import TUNING_FIELDS
 from symbolic import DECLARED
-from symbolic.casadi_functions import named_function
+from symbolic.named_and_buffered_functions import named_function
 
 
 @dataclass(frozen=True, kw_only=True)

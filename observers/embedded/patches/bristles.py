@@ -25,7 +25,7 @@ from symbolic.bristle_patch import SPAN
 from symbolic.bristle_slip import REFERENCE_SPEED, REST_SPEED
 from symbolic.compilation.scalar_c import c_function, c_struct_array
 from symbolic.elements_in_series import BALANCE_STEPS
-from symbolic.patch_moment import full_slide_arm
+from symbolic.patch_moment_by_zones import full_slide_arm
 
 OMEGA = (-12, 24)
 """Arguments between which Wright's function is a table; it is e^x before."""

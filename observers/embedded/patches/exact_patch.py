@@ -14,14 +14,14 @@ from observers.embedded.scalar_type import SINGLE, Real
 from observers.estimators.model_observer import ModelObserver
 from observers.measurement.linearisation import angle_is_state
 from symbolic import Model, full_slide_level
-from symbolic.casadi_functions import named_function
 from symbolic.compilation.scalar_c import c_function
 from symbolic.elements_in_series import series_deflection
-from symbolic.patch_moment import corner_moment_and_derivative, unit_corner_moment
+from symbolic.named_and_buffered_functions import named_function
+from symbolic.patch_moment_by_zones import corner_moment_and_derivative, unit_corner_moment
 
 DEPTH = Model().corners
 """Corners of the patch, as many as in Python, of which the one that contributes least to M_z is dropped
-where fewer than three places are free, as in `symbolic.zone_patch`: up to 29 are exact."""
+where fewer than three places are free, as in `symbolic.exact_zone_patch`: up to 29 are exact."""
 
 
 def has_exact_patch(observer: ModelObserver) -> bool:

@@ -10,7 +10,7 @@ from observers.embedded.scalar_type import Real
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import Layout
 from symbolic import DECLARED, GEOMETRY, SIGNALS, Model
-from symbolic.patch_moment import full_slide_arm
+from symbolic.patch_moment_by_zones import full_slide_arm
 
 
 @dataclass(frozen=True)

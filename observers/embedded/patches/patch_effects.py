@@ -11,14 +11,14 @@ from observers.embedded.scalar_expansion import expand_with_constants
 from observers.estimators.model_observer import ModelObserver
 from symbolic import SIGNALS, Model
 from symbolic.bristle_patch import BristlePatch
-from symbolic.casadi_functions import named_function
 from symbolic.compilation.single_bristle_functions import bristle_patch_of
 from symbolic.effects.base import Signals
 from symbolic.elements_in_series import series_deflection
+from symbolic.exact_zone_patch import ZonePatch
 from symbolic.full_slide_friction import build_full_slide
 from symbolic.model import add_effect_torques, effect_memory_torque, transform_sample_by_effects
+from symbolic.named_and_buffered_functions import named_function
 from symbolic.patch_interface import PatchInputs
-from symbolic.zone_patch import ZonePatch
 
 TERMS = ("psi", "F_N", "speed", "base", "growth", "reach", "decay", "gain", "torque", "torque_by_psi",
          "slide", "beside")  # fmt: skip

@@ -9,12 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.estimation.assumed_and_found_friction import (
-    EKF_DECLARED,
-    EKF_FOUND,
-    friction_by_both_models,
-)
 from brushgrip.estimation.friction_budget import declared_uncertainty_text
+from brushgrip.estimation.friction_by_both_models import EKF_DECLARED, EKF_FOUND, friction_by_both_models
 from brushgrip.inputs.command_inputs import gather_inputs
 from symbolic.vehicle.candidate_effects import CAR_EFFECTS
 from tests.brushgrip.factories import make_diagnosis

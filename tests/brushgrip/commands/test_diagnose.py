@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import identification
-from brushgrip.estimation import assumed_and_found_friction
+from brushgrip.estimation import friction_by_both_models
 from brushgrip.inputs.command_inputs import gather_inputs
 from brushgrip.pictures.style import figure_saved_as_png
 from brushgrip.published import bundled_files
@@ -18,7 +18,7 @@ from brushgrip.running import unfinished_search
 from identification import Diagnosis, Huber, Journal, Recording
 from identification.selection.trial_runner import worker_submitter
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.brushgrip.factories import make_diagnosis, make_outcome
 from tests.brushgrip.helpers import PNG, Outcome, Run, Write, contents, table_of
 
@@ -59,7 +59,7 @@ def no_report(monkeypatch: pytest.MonkeyPatch) -> None:
     def blank(folder: Path, *_: object) -> None:
         (folder / "report.html").touch()
 
-    monkeypatch.setattr(assumed_and_found_friction, "friction_by_both_models", lambda *_: None)
+    monkeypatch.setattr(friction_by_both_models, "friction_by_both_models", lambda *_: None)
     monkeypatch.setattr("brushgrip.report.diagnosis_folder.write_report", blank)
 
 
@@ -161,7 +161,7 @@ def test_friction_takes_the_samples_that_the_search_takes(
         return make_diagnosis()
 
     search(searching)
-    monkeypatch.setattr(assumed_and_found_friction, "friction_by_both_models", stop)
+    monkeypatch.setattr(friction_by_both_models, "friction_by_both_models", stop)
     diagnose()
 
     assert (searched, estimated) == (["a", "b", "c", "d"], thinned)
@@ -176,7 +176,7 @@ def diagnose_torque(
 ) -> DiagnoseTorque:
     """Diagnoses what a sensor with a limit makes of a torque; gives the outcome and its first note."""
     friction = make_outcome()
-    monkeypatch.setattr(assumed_and_found_friction, "friction_by_both_models", lambda *_: friction)
+    monkeypatch.setattr(friction_by_both_models, "friction_by_both_models", lambda *_: friction)
     columns = table_of(repository_root / "examples" / "recordings" / "train_a.csv")
     M_z = columns["M_z"]
 
@@ -327,7 +327,7 @@ class TestDemo:
     @pytest.mark.usefixtures("interpreted")
     def test_friction_by_both_models_and_every_observer(self, write_csv: Write, rig: Path) -> None:
         recordings = gather_inputs([str(write_csv("held.csv"))], rig=rig).recordings()
-        outcome = assumed_and_found_friction.friction_by_both_models(
+        outcome = friction_by_both_models.friction_by_both_models(
             [], recordings, make_diagnosis(("a",), ("held",))
         )
         assert outcome is not None
@@ -341,7 +341,7 @@ class TestDemo:
 
         with worker_submitter(2) as submit:
             found = make_diagnosis(("a",), ("held",))
-            again = assumed_and_found_friction.friction_by_both_models([], recordings, found, submit)
+            again = friction_by_both_models.friction_by_both_models([], recordings, found, submit)
         assert again is not None
         assert again.to_dict() == outcome.to_dict()
         for track, other in zip(tracks, again.tracks, strict=True):
@@ -355,7 +355,7 @@ class TestDemo:
         found = make_diagnosis(("a",), ("held",))
         own = {name: {**values, "mu": 0.5 * values["mu"]} for name, values in found.values.own.items()}
         poorer = found.model, replace(found.values, own=own)
-        outcome = assumed_and_found_friction.friction_by_both_models(
+        outcome = friction_by_both_models.friction_by_both_models(
             [], recordings, replace(found, without_stand_ins=poorer)
         )
 

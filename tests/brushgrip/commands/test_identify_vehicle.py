@@ -11,8 +11,8 @@ import pytest
 
 from brushgrip.outputs.rig_and_vehicle_files import plate_changes, tyre_changes
 from identification import ParameterEstimate
-from identification.steering.full_slide_calibration import TyresResult
 from identification.steering.gear_friction_on_plates import PlatesResult
+from identification.steering.tyres_on_known_friction import TyresResult
 from symbolic import InvalidInputError, vehicle_from_tables
 from symbolic.vehicle.steering import jacking_torque
 from tests.brushgrip.helpers import Run, table_of

@@ -16,7 +16,7 @@ from brushgrip.estimation.observe_recording import (
     observe,
     run_arguments,
 )
-from brushgrip.estimation.suspicious_recordings import (
+from brushgrip.estimation.recording_warnings import (
     differing_sample_rates_note,
     direction_deficit_and_note,
     inconsistency_remedy,
@@ -25,7 +25,7 @@ from brushgrip.inputs.option_choices import ObserverName
 from identification import FoundModel, Recording, read_recording
 from observers import DirectionalFriction, Ekf, Estimates, Sample, Status, run
 from symbolic import InvalidInputError, Model, Rig, Tyre
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.brushgrip.factories import make_estimates
 from tests.brushgrip.helpers import Write
 from tests.observers.factories import SampleRecorder

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from brushgrip.estimation.assumed_and_found_friction import EKF_DECLARED, FrictionByBothModels
-from brushgrip.estimation.suspicious_recordings import MAY_END, SUSPECTED
+from brushgrip.estimation.friction_by_both_models import EKF_DECLARED, FrictionByBothModels
+from brushgrip.estimation.recording_warnings import MAY_END, SUSPECTED
 from brushgrip.outputs.provenance import provenance_of
 from brushgrip.published.bundled_files import demo_folder
 from brushgrip.report.friction_summary import causes_of_band_text
@@ -29,7 +29,7 @@ from identification import Diagnosis, ParameterEstimate
 from identification.diagnosis.found_vs_declared_stiffness import StiffnessComparison
 from identification.diagnosis.from_search import BEYOND_RANGE
 from identification.diagnosis.graded_effects import ASSUMED, assumed_tolerances_note
-from identification.residuals.repeatability import Repeatability
+from identification.residuals.full_slide_repeatability import Repeatability
 from observers.planning.uncertainty_budget import SLOPE
 from observers.tuning import OF_LENGTHS, OF_LOAD
 from symbolic import Model, Rig, effects_named

@@ -12,12 +12,12 @@ from brushgrip.pictures.diagnosis import draw_residual_correlations
 from brushgrip.report import page as report
 from brushgrip.report import tables
 from brushgrip.report.friction_summary import has_unusable_gap
+from brushgrip.report.friction_verdict import CARE, NOT_YET, NOTHING, USE
 from brushgrip.report.page import write_report
-from brushgrip.report.printed_results import rejected_user_effects
-from brushgrip.report.verdict import CARE, NOT_YET, NOTHING, USE
+from brushgrip.report.print_diagnosis_and_fits import rejected_user_effects
 from identification import Diagnosis, ParameterEstimate, SelectionCriteria
 from identification.diagnosis.result_parts import Candidate
-from identification.residuals.repeatability import Repeatability
+from identification.residuals.full_slide_repeatability import Repeatability
 from identification.selection.trial_runner import worker_submitter
 from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome, signatures
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgrip.estimation.assumed_and_found_friction import EKF_DECLARED
+from brushgrip.estimation.friction_by_both_models import EKF_DECLARED
 from brushgrip.report.validity_and_missing_effects import (
     error_text_and_basis,
     known_by_both_models_text,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from identification import ParameterEstimate
-from identification.diagnosis import graded_effects, stand_in_effects
+from identification.diagnosis import graded_effects, stand_ins_for_unknown_cause
 from identification.diagnosis.graded_effects import distance_from_neutral_in_std, effect_grade
 from identification.fits.loss import LEAST_SQUARES
 from symbolic import EFFECTS
@@ -78,10 +78,10 @@ def test_what_stands_in_for_something_unknown(
     """
     explained = dict(zip(("large", "mid", "last"), gains, strict=True))
     if of_car:
-        assert stand_in_effects._low_gain_effects_of_car(explained, set(), 56.25) == expected
+        assert stand_ins_for_unknown_cause._low_gain_effects_of_car(explained, set(), 56.25) == expected
     else:
         left = dict.fromkeys(explained, 56.25)
-        assert stand_in_effects._low_gain_effects_of_wheel(explained, left, first) == expected
+        assert stand_ins_for_unknown_cause._low_gain_effects_of_wheel(explained, left, first) == expected
 
 
 def test_the_first_effect_is_of_the_family_that_the_search_began_with() -> None:
@@ -93,8 +93,8 @@ def test_the_first_effect_is_of_the_family_that_the_search_began_with() -> None:
     sets = ((), (speed,), (speed, load), (load, law), (load, law, second))
     steps = [SimpleNamespace(after=SimpleNamespace(effects=effects)) for effects in sets[1:]]
     gains = {"n": 9.0, "s": 2.0, "t": 1.0}
-    assert stand_in_effects._effect_of_first_family(steps, sets[-1], gains) == "s"  # type: ignore[arg-type]
-    assert stand_in_effects._effect_of_first_family([], (), {}) is None
+    assert stand_ins_for_unknown_cause._effect_of_first_family(steps, sets[-1], gains) == "s"  # type: ignore[arg-type]
+    assert stand_ins_for_unknown_cause._effect_of_first_family([], (), {}) is None
 
 
 @pytest.mark.parametrize(("noise", "every"), [(False, 1), (True, 1), (False, 2)])
@@ -112,7 +112,7 @@ def test_what_is_left_counts_where_it_acts(where: str, more: float, noise: bool,
     whole = SimpleNamespace(residuals={"a": left_over}, fitted=SimpleNamespace(loss=LEAST_SQUARES))
     rest = SimpleNamespace(residuals={"a": left_over + 3 * acts})
     left = SimpleNamespace(structured=2.0)
-    local = stand_in_effects._unexplained_where_effect_acts(whole, rest, [ranged], left)  # type: ignore[arg-type, list-item]
+    local = stand_ins_for_unknown_cause._unexplained_where_effect_acts(whole, rest, [ranged], left)  # type: ignore[arg-type, list-item]
     assert local == pytest.approx(4 if noise else 4 + more, abs=0.1)
 
 

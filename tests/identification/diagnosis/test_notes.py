@@ -18,7 +18,7 @@ from identification.diagnosis.found_vs_declared_stiffness import (
 from identification.diagnosis.graded_effects import final_model_notes
 from identification.diagnosis.result_parts import TorqueErrors
 from identification.fits.fitting import Fit, parameters_at_bounds
-from identification.fits.parameter_values import ParameterEstimate, Values
+from identification.fits.values_by_ground_and_recording import ParameterEstimate, Values
 from symbolic import Model, Rig, Tolerances, effects_named
 from tests.identification.factories import read_campaign, recording
 

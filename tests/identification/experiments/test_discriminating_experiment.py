@@ -7,13 +7,13 @@ import pytest
 
 from identification import Fit, Recording, Values, fit, smoothed_rate
 from identification.experiments.discriminating_experiment import propose
+from identification.experiments.manoeuvre_in_recorded_range import SAMPLE_PERIOD, SampledManoeuvre
 from identification.experiments.proposed_experiment import (
     Proposal,
     _difference_in_standard_errors,
     _RecordedModelDifference,
     fitted_sample_period,
 )
-from identification.experiments.sampled_manoeuvre import SAMPLE_PERIOD, SampledManoeuvre
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.least_squares_problem import torque_range
 from identification.fits.options import COARSE_FIT

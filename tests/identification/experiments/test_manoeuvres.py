@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 
 from identification import Recording
-from identification.experiments.manoeuvres import manoeuvres
-from identification.experiments.sampled_manoeuvre import (
+from identification.experiments.manoeuvre_in_recorded_range import (
     SAMPLE_PERIOD,
     RecordedRange,
     SampledManoeuvre,
     recorded_range,
 )
+from identification.experiments.manoeuvres import manoeuvres
 from reference_rig import RigTyre, make_recording
 from rig_recordings import as_read
 

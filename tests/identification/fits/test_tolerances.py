@@ -9,7 +9,7 @@ from identification import Fit, Recording, fit, initial_guess
 from identification.fits.covariance import standard_deviations
 from identification.fits.least_squares_problem import LeastSquaresProblem
 from identification.fits.options import COARSE_FIT, FitOptions
-from identification.fits.parameter_values import complete_values
+from identification.fits.values_by_ground_and_recording import complete_values
 from identification.selection.criteria import delta_bic, effective_parameter_count
 from identification.selection.leave_one_out_linearised import leave_one_out
 from identification.selection.trial import RANKING, model_of, thin_for_ranking

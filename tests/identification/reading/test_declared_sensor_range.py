@@ -7,7 +7,7 @@ import pytest
 
 from identification import Recording, diagnose, fit
 from identification.diagnosis.from_search import note_slide_beyond_sensor
-from identification.fits.parameter_values import Values, complete_values
+from identification.fits.values_by_ground_and_recording import Values, complete_values
 from identification.reading.declared_sensor_range import (
     drop_torques_beyond_range,
     torque_beyond_range_note,

@@ -3,8 +3,8 @@ from pathlib import Path
 
 import pytest
 
+from identification.reading.checked_sample_table import Table
 from identification.reading.rigfile import read_rig, rig_overridden_by_table, rig_text
-from identification.reading.sample_table import Table
 from symbolic import Rig, Tolerances, Tyre
 from tests.refusal import refused
 

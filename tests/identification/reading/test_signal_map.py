@@ -10,8 +10,8 @@ import pytest
 
 from identification import Recording, parse_signals, read_decay, read_recording, read_rig, read_signals
 from identification.reading.channels_by_name import ChannelFile, ChannelSamples, match_channel
+from identification.reading.checked_sample_table import REQUIRED_COLUMNS, Table
 from identification.reading.common_clock_and_units import table_from_channels
-from identification.reading.sample_table import REQUIRED_COLUMNS, Table
 from identification.reading.signal_map import NO_MAP
 from identification.reading.units import factor_of
 from symbolic import Rig, Tyre

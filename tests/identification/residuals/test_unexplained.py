@@ -9,7 +9,7 @@ from identification import Recording
 from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import Huber
 from identification.residuals.partial_correlations import signatures
-from identification.residuals.unexplained_residual import (
+from identification.residuals.residual_structure import (
     Unexplained,
     find_residual_structure,
     white_noise_std,

@@ -7,7 +7,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from identification.fits.parameter_values import Values
+from identification.fits.values_by_ground_and_recording import Values
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.search_step import (
     SearchStep,

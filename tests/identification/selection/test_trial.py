@@ -10,7 +10,7 @@ from identification.diagnosis.unrefitted_prediction import simulated_minus_measu
 from identification.fits.autocorrelation import effective_samples
 from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import LEAST_SQUARES, rmse_of
-from identification.fits.parameter_values import Values, initial_guess
+from identification.fits.values_by_ground_and_recording import Values, initial_guess
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,
     cross_term_standard_error,

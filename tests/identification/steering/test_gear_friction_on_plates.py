@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.car_files import vehicle_toml
-from identification.reading.car_recordings import RackRecording, read_rack_recording
+from identification.reading.car_as_mean_wheel import RackRecording, read_rack_recording
 from identification.steering.gear_friction_on_plates import identify_on_plates
 from reference_rig import CAR_STEP, FleetCar, draw_car, record_car, simulate_car
 from symbolic import InvalidInputError, vehicle_from_tables

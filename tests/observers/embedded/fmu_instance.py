@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 
 class Instance:

@@ -30,7 +30,7 @@ from observers.embedded import Real, Tunable, generate
 from observers.embedded.compact_codegen import compact_patch
 from reference_rig import RigRecording, SteeringRecording
 from symbolic import compiler
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.compile_once import OPTIMISATION, compile_once
 from tests.observers.conftest import RIG
 from tests.observers.factories import DECLARED, columns_of, found_model, samples_of

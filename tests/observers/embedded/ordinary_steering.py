@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from symbolic import GEOMETRY, simulate
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.conftest import RIG
 
 RATE = 100.0

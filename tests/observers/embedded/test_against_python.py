@@ -12,7 +12,7 @@ from observers import AligningTorque, Ekf, Mhe, Status, Tuning, run
 from observers.embedded import DOUBLE, SINGLE
 from reference_rig import RigRecording, SteeringRecording
 from symbolic import Tolerances, Tyre
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.conftest import RIG, K
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.generated_code import (

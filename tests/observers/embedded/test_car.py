@@ -10,7 +10,7 @@ import pytest
 from benchmarks.embedded import adversarial
 from observers import Ekf, Mhe, car_observer
 from observers.embedded import DOUBLE, SINGLE, generate, generate_vehicle
-from observers.embedded.instruction_count import ERROR, estimated_instructions
+from observers.embedded.estimated_instructions import ERROR, estimated_instructions
 from symbolic.vehicle.mean_wheel import (
     aligning_torque_with_friction,
     equivalent_contact_angle,

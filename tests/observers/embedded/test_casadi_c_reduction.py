@@ -12,7 +12,7 @@ import pytest
 from observers.embedded import casadi_c_reduction
 from observers.embedded.casadi_c_reduction import casadi_text, embedded_code
 from observers.embedded.scalar_type import DOUBLE, SINGLE, Real, count_names
-from observers.quality.hypotheses_verdict import build_hypotheses_verdict
+from observers.quality.mu_and_scale_from_hypotheses import build_hypotheses_verdict
 from symbolic import BrushgripError, compiler
 from tests.observers.embedded.generated_code import STRICT, needs_compiler
 

@@ -16,8 +16,8 @@ from observers import ESTIMATE, AligningTorque, Ekf, Mhe, Status, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE, Real, generate_fmu
 from observers.embedded.fmu import is_supported_host
 from symbolic import InvalidInputError, Tyre, compiler
-from symbolic.float_array import Array
-from symbolic.parameters import STIFFNESS
+from symbolic.float_array_type import Array
+from symbolic.rig_and_tyre import STIFFNESS
 from tests.observers.conftest import RIG, K
 from tests.observers.embedded.conftest import Generate, Unpacked
 from tests.observers.embedded.fmu_instance import instances

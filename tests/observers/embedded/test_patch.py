@@ -1,4 +1,4 @@
-"""The compact patch against the exact `symbolic.zone_patch` and bristles, also full of corners."""
+"""The compact patch against the exact `symbolic.exact_zone_patch` and bristles, also full of corners."""
 
 import ctypes
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from observers.embedded import DOUBLE, SINGLE, Real
 from observers.embedded.patches.exact_patch import DEPTH
 from reference_rig import hand_path
 from symbolic import Model, full_slide_level, simulate
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.conftest import RIG, K
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.generated_code import (

@@ -13,7 +13,7 @@ from observers import AligningTorque, CasadiObserver, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE, Real, Tunable, generate
 from observers.embedded.run_time_parameters import run_time_parameters
 from symbolic import Effect, InvalidInputError, Model, Parameter
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.conftest import RIG, K
 from tests.observers.embedded.generated_code import (
     CREEP,

@@ -12,7 +12,7 @@ from scipy.optimize import minimize
 from observers import AligningTorque, Ekf, Sample, SteeringTorque, covariance_of
 from reference_rig import RigRecording, SteeringRecording
 from symbolic import Model
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.factories import (
     CLEAN_RIG,
     columns_of,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from observers import Ekf, Mhe, Tuning
-from observers.quality.innovation_gate import huber_weight
+from observers.quality.outlier_or_ground_change import huber_weight
 from observers.tuning import TUNING_FIELDS
 from symbolic import InvalidInputError
 from tests.observers.conftest import K, make

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from observers.estimators.mhe_recursions import build_bryson_frazier_step, build_kalman_step
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.chains import Chain, dense
 
 

@@ -14,7 +14,7 @@ from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.control_system import as_system
 from observers.protocol import ESTIMATE
 from reference_rig import RigRecording
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.conftest import RIG, K
 from tests.observers.factories import MODEL_OBSERVERS
 from tests.refusal import refused

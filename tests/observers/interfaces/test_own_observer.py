@@ -16,7 +16,7 @@ from identification import Recording, read_recording, read_rig
 from observers import Loop, RootObserver, Sample, run
 from observers.embedded import DOUBLE, generate
 from symbolic import InvalidInputError, compiler
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.embedded.generated_code import NO_COMPILER, generate_code, python_estimates
 from tests.refusal import refused
 

@@ -10,7 +10,7 @@ import pytest
 from observers import AligningTorque, Ekf, Estimates, Mhe, RootObserver, Status, SteeringTorque, run
 from reference_rig import RigRecording, SteeringRecording
 from symbolic import Model
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.interpreted import without_machine_code
 from tests.observers.conftest import RIG, K, make
 from tests.observers.factories import FIELDS, assert_steps_are_the_run, columns_of, samples_of

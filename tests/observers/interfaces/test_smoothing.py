@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from observers import Ekf, Mhe, SteeringTorque, Tuning, covariance_of, run, smooth
-from observers.quality.innovation_alarms import MONITOR
+from observers.quality.slow_change_and_misfit_alarms import MONITOR
 from reference_rig import RigRecording, SteeringRecording, make_recording
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.conftest import EXACT_RIG, K
 from tests.observers.factories import (
     CLEAN_RIG,

@@ -10,7 +10,7 @@ from observers import CLEAN, DirectionalFriction, Ekf, Estimates, Mhe, Status, T
 from observers.measurement.linearisation import build_linearised_motion
 from observers.measurement.measurement_model import RIG as RIG_NUMBERS
 from symbolic import InvalidInputError, Model, effects_named
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.conftest import RIG, K
 
 F_N, FORTH, BACK, LATER, CHANGE = 400.0, 1.2, 0.6, 0.7, 10.0

@@ -15,7 +15,7 @@ from observers.measurement.linearisation import (
     slope_states,
 )
 from observers.measurement.measurement_model import CLEAN
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.conftest import RIG
 from tests.observers.factories import slide
 

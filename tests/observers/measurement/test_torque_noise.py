@@ -12,7 +12,7 @@ from observers.layout import named, vector_of
 from observers.measurement.torque_error import NOISE, update_sensor_noise_estimate
 from reference_rig import RigTyre, free_path, simulate_bristles
 from symbolic import Model, Rig
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.conftest import K
 from tests.observers.factories import wrong_and_usable
 

@@ -11,7 +11,7 @@ from observers import AligningTorque, Ekf, Mhe, Sample, Status, Tuning
 from observers.measurement.measurement_model import CLEAN
 from observers.patch.update import sensitivity_retention
 from symbolic import Model
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.conftest import make
 
 pytestmark = pytest.mark.usefixtures("interpreted")

@@ -5,7 +5,7 @@ from observers import Ekf, Estimate, Sample, profile
 from observers.planning.steering_limits_and_paths import SteeringPath
 from reference_rig import RigTyre, free_path, simulate_bristles
 from symbolic import Model, Rig
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 
 LOAD, K = 400.0, 2.4e6
 RIG = Rig(a=0.045, e=0.009)

@@ -9,7 +9,7 @@ from observers import Advice, Ekf, Loop, Probe, Sample, Status, SteeringLimits, 
 from observers.quality.acquisition import OVER, OWN
 from reference_rig import RigTyre, SteeredWheel
 from symbolic import InvalidInputError
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.planning.conftest import LOAD, RIG, K
 
 pytestmark = pytest.mark.usefixtures("optimised")

@@ -11,7 +11,7 @@ from observers.planning.steering_limits_and_paths import SteeringPath, fastest_p
 from observers.planning.uncertainty_budget import REST, SLOPE
 from observers.tuning import OF_LENGTHS, OF_LOAD
 from symbolic import InvalidInputError, Tolerances
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.planning.conftest import LOAD, observe_on_rig
 
 MU = 0.8

@@ -13,7 +13,6 @@ from benchmarks import ice
 from benchmarks.faulty_inputs import relaxed
 from observers import Ekf, Loop, Mhe, Sample, Status, SteeringTorque, covariance_of, run
 from observers.quality.acquisition import build_hypothesis_search_step
-from observers.quality.hypotheses_verdict import VERDICT
 from observers.quality.hysteresis_branches import (
     PATHS,
     POINTS,
@@ -21,6 +20,7 @@ from observers.quality.hysteresis_branches import (
     build_all_branches_update,
     build_branch_torque,
 )
+from observers.quality.mu_and_scale_from_hypotheses import VERDICT
 from observers.quality.mu_over_k_hypotheses import (
     SETTINGS,
     build_hypothesis_search_start,
@@ -42,7 +42,7 @@ from reference_rig import (
     simulate_ground,
 )
 from symbolic import Model, Rig, Tolerances, simulate
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.conftest import RIG, K
 from tests.observers.factories import LONG, acquiring_ekf, found_model, wrong_and_usable
 

@@ -16,7 +16,7 @@ from observers.quality.friction_change_by_stroke import (
     reset_reference_friction,
     update_change_statistic,
 )
-from observers.quality.innovation_alarms import FORGETTING_SAMPLES
+from observers.quality.slow_change_and_misfit_alarms import FORGETTING_SAMPLES
 from tests.observers.measurement.test_directional_friction import F_N, directed, torque
 
 AS_MEASURED: Any = {"noise": 0.005, "error": 0.09, "error_travel": 0.03, "explained": 2.5, "alarm": 7.0}

@@ -19,9 +19,10 @@ from observers.quality.acquisition import (
     build_acquisition_decision,
 )
 from observers.quality.acquisition_and_tracking import MAY_HAVE_MOVED, _search_restart_moments
-from observers.quality.hypotheses_verdict import VERDICT
+from observers.quality.branch_consistency_and_band import NEW_GROUND, build_tracking_consistency
 from observers.quality.hysteresis_branches import TRACK, build_new_ground_branches
 from observers.quality.innovation_attribution import IN_A_ROW, smoothed_innovation_test
+from observers.quality.mu_and_scale_from_hypotheses import VERDICT
 from observers.quality.mu_over_k_hypotheses import (
     RESTART_STD,
     SETTINGS,
@@ -30,7 +31,6 @@ from observers.quality.mu_over_k_hypotheses import (
     hypothesis_fields,
     search_layout,
 )
-from observers.quality.tracking_consistency import NEW_GROUND, build_tracking_consistency
 from observers.tuning import Tuning
 from reference_rig import RigTyre, friction_step, make_ground_recording, make_recording
 from symbolic import SIGNALS, Model, simulate

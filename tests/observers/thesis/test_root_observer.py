@@ -12,7 +12,7 @@ from observers.protocol import Sample, Status
 from observers.thesis.root_observer import RootObserver, ZoneRootState, nearest_root
 from observers.thesis.zone_state_machine import zone_torque_curve
 from symbolic import InvalidInputError, Model, Rig
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.published import DECLARED, FIVE_ZONES, MU, SETTLED, STEEL, TIME, published, rms
 from tests.symbolic.oracles import Path, Tyre, run, straight, worst
 

@@ -14,8 +14,8 @@ from identification.thesis.published_author_estimate import (
     read_author_estimate,
 )
 from observers import zone_history
+from symbolic.exact_zone_patch import ZonePatch
 from symbolic.patch_interface import PatchInputs
-from symbolic.zone_patch import ZonePatch
 from tests.refusal import refused
 
 

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from symbolic import InvalidInputError, Rig, Vehicle, VehicleTolerances, rig_of, vehicle_from_tables
 from symbolic.masing import virgin_torque
-from symbolic.parameters import EVEN
-from symbolic.patch_moment import full_slide_arm
+from symbolic.patch_moment_by_zones import full_slide_arm
+from symbolic.rig_and_tyre import EVEN
 from symbolic.vehicle.contact_about_kingpin import (
     contact_growth_at_full_lock,
     contact_offset_from_kingpin,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from symbolic.float_array import Array
+from symbolic.float_array_type import Array
 from tests.observers.embedded.generated_code import GeneratedCode
 
 HERE = Path(__file__).parent
