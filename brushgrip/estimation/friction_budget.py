@@ -9,7 +9,7 @@ from brushgrip.wording.formatting import listed
 from identification import FoundModel, Recording
 from observers import Ekf, Estimates, uncertainty_budget
 from observers.estimates import BAND_STDS
-from observers.quality.when_friction_is_usable import last_usable
+from observers.quality.when_usable import last_usable
 from observers.tuning import OF_LOAD, OF_SCALE
 from symbolic import Vehicle
 from symbolic.vehicle.mean_wheel import mu_std_by_cause

@@ -10,7 +10,7 @@ import numpy as np
 
 from brushgrip.wording.friction_in_words import NARROWED_BY, OF_ZERO, WAYS, with_95_band
 from observers import AligningTorque, DirectionalFriction, Ekf, Estimates, Mhe, Observer, Status
-from observers.quality.when_friction_is_usable import last_ground_change_index, last_usable
+from observers.quality.when_usable import last_ground_change_index, last_usable
 from symbolic.float_array_type import Array
 
 UNCHECKED = int(Status.ACQUIRING | Status.SUSPECT)

@@ -37,11 +37,7 @@ from observers import (
     smooth,
     tuning_for,
 )
-from observers.quality.when_friction_is_usable import (
-    last_uncontradicted,
-    steadily_usable_index,
-    usable_held,
-)
+from observers.quality.when_usable import last_uncontradicted, steadily_usable_index, usable_held
 from symbolic import InvalidInputError, Model, rig_of
 from symbolic.float_array_type import Array
 
@@ -89,7 +85,7 @@ class FrictionTrack:
 
     @property
     def last_usable(self) -> int | None:
-        """As `observers.quality.when_friction_is_usable.last_usable`."""
+        """As `observers.quality.when_usable.last_usable`."""
         return last_uncontradicted(self.usable, self.inconsistent, self._ground_begin, self.turn)
 
     @property

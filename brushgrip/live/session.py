@@ -21,7 +21,7 @@ from brushgrip.live.sources import WAIT, Source
 from brushgrip.live.steering_adviser import STOP, SteeringAdviser
 from brushgrip.live.timestamp_filter import TimestampFilter, clock_time
 from observers import ESTIMATE, Estimate, Status
-from observers.quality.when_friction_is_usable import HOLD
+from observers.quality.when_usable import HOLD
 from symbolic import InvalidInputError
 
 CAPACITY = 200_000

@@ -6,7 +6,7 @@ from math import isfinite, nan
 
 from brushgrip.wording.friction_in_words import with_95_band
 from observers import Estimate, Status
-from observers.quality.when_friction_is_usable import CONTRADICTED
+from observers.quality.when_usable import CONTRADICTED
 from symbolic import InvalidInputError
 
 

@@ -54,7 +54,7 @@ from identification import Recording, read_rig
 from identification.diagnosis.found_vs_declared_stiffness import stiffness_note
 from identification.selection.trial_runner import Submit, as_completed, worker_submitter
 from observers import ESTIMATE, DirectionalFriction
-from observers.quality.when_friction_is_usable import last_usable
+from observers.quality.when_usable import last_usable
 from symbolic import BrushgripError, InvalidInputError
 
 

@@ -13,7 +13,7 @@ from brushgrip.wording.formatting import csv_field
 from brushgrip.wording.friction_in_words import slippery_ground_note
 from identification import Recording
 from observers import Estimates, Status
-from observers.quality.when_friction_is_usable import last_usable, steadily_usable_since
+from observers.quality.when_usable import last_usable, steadily_usable_since
 
 FLAGS = {
     name: Status[name.upper()]

@@ -10,7 +10,7 @@ from observers import Estimates, Status
 from observers.estimates import BAND_STDS
 from observers.planning.uncertainty_budget import REST, SLOPE
 from observers.protocol import UNCHECKED, uninformed_remedy
-from observers.quality.when_friction_is_usable import (
+from observers.quality.when_usable import (
     last_ground_change_index,
     last_usable,
     on_previous_ground,

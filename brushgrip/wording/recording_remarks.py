@@ -19,7 +19,7 @@ from brushgrip.wording.friction_in_words import (
 from observers import Estimates, GroundFriction, ground_friction
 from observers.estimates import BAND_STDS
 from observers.quality.friction_across_recordings import MIN_RECORDINGS
-from observers.quality.when_friction_is_usable import last_usable
+from observers.quality.when_usable import last_usable
 
 SIGNS = dict(zip(WAYS, "+−", strict=True))
 FEW = 0.1

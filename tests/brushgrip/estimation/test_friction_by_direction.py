@@ -15,7 +15,7 @@ from brushgrip.inputs.option_choices import ObserverName
 from brushgrip.wording.friction_in_words import estimates_summary
 from identification import Recording
 from observers import DirectionalFriction, Ekf, Status
-from observers.quality.when_friction_is_usable import last_usable
+from observers.quality.when_usable import last_usable
 from symbolic import Rig, Tolerances, Tyre
 from tests.brushgrip.factories import rising
 

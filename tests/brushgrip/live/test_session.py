@@ -16,7 +16,7 @@ from brushgrip.live.steering_adviser import SteeringAdviser
 from brushgrip.live.timestamp_filter import TimestampFilter, clock_time
 from observers import Ekf, Estimate, Status, SteeringLimits
 from observers.protocol import prior_estimate
-from observers.quality.when_friction_is_usable import HOLD
+from observers.quality.when_usable import HOLD
 from reference_rig import make_recording
 from symbolic import InvalidInputError, Model, Rig
 from tests.brushgrip.helpers import Run, write_model

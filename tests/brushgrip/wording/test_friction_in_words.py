@@ -21,7 +21,7 @@ from brushgrip.wording.recording_remarks import recording_remark, remark_counts
 from identification import Recording
 from observers import Estimates, Status
 from observers.planning.uncertainty_budget import REST, SLOPE
-from observers.quality.when_friction_is_usable import last_usable
+from observers.quality.when_usable import last_usable
 from symbolic import Rig
 from tests.brushgrip.factories import rising
 
