@@ -12,7 +12,7 @@ from identification.diagnosis.result_parts import (
     TorqueErrors,
 )
 from identification.experiments.discriminating_experiment import propose
-from identification.experiments.proposed_experiment import Proposal
+from identification.experiments.model_separation import Proposal
 from identification.fits.fitting import Fit, fit
 from identification.fits.least_squares_problem import signals_of
 from identification.fits.loss import LEAST_SQUARES, Huber, Loss, Squares

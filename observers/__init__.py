@@ -13,8 +13,8 @@ from observers.interfaces.tuning_profiles import PROFILES, profile, tuning_for
 from observers.layout import Layout, ObserverState
 from observers.measurement.causal_yaw_rate import causal_rate, next_rate
 from observers.measurement.directional_friction import DirectionalFriction
-from observers.measurement.linearisation import build_clean
 from observers.measurement.measurement_model import CLEAN, AligningTorque, MeasurementModel
+from observers.measurement.motion_and_torque_jacobians import build_clean
 from observers.measurement.rack_force import RackForce
 from observers.measurement.steering_torque_as_input import SteeringTorque
 from observers.planning.advice_and_stop_reasons import Advice

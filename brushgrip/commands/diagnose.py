@@ -52,7 +52,7 @@ class DiagnoseRequest(RecordingRequest):
 
     def run(self) -> None:
         """Search for what the declared model lacks, and write all results."""
-        from brushgrip.running.cluster import cluster_or_local_executor
+        from brushgrip.running.dask_or_local_executor import cluster_or_local_executor
         from symbolic import CANDIDATES
 
         # The processes import what they need beside this one, which imports more, and reads.

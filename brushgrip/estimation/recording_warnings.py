@@ -72,7 +72,7 @@ def suspected_cause(
     flagged = np.flatnonzero(estimates.status[:MAX_REPLAYED_SAMPLES] & Status.SUSPECT)
     if flagged.size <= MIN_REPORTED_SHARE * estimates.t.size:
         return ""
-    loop = _loop_after_replay(
+    loop = _replayed_control_loop(
         observer_with_single_friction(factory(recording, found)), recording, 0, int(flagged[-1])
     )
     return causes_with_map(recording, loop.suspicions, torque_channel_name(recording))
@@ -87,7 +87,8 @@ def why_not_acquired(observer: Observer, recording: Recording, estimates: Estima
     observer = observer_with_single_friction(observer)
     if status != Status.ACQUIRING or not isinstance(observer, Ekf | Mhe):
         return ""
-    loop = _loop_after_replay(observer, recording, 0, min(estimates.t.size, MAX_REPLAYED_SAMPLES) - 1)
+    last = min(estimates.t.size, MAX_REPLAYED_SAMPLES) - 1
+    loop = _replayed_control_loop(observer, recording, 0, last)
     verdict = dict(zip(VERDICT, np.ravel(loop.state["verdict"]).tolist(), strict=True))
     off = hypot(verdict["var_log_gain"] ** 0.5, observer.effective_tuning.error)
     if verdict["verified"] or abs(verdict["log_gain"]) <= CLEARLY_OFF * off:
@@ -110,7 +111,7 @@ def car_force_slope_note(factory: ObserverFactory, recording: Recording, at: int
     observer, first = factory(held, None), int(np.argmax(car.stretch == number))
     if not isinstance(observer, Ekf | Mhe):
         return ""
-    loop = _loop_after_replay(observer, held, max(first, at - MAX_REPLAYED_SAMPLES), at)
+    loop = _replayed_control_loop(observer, held, max(first, at - MAX_REPLAYED_SAMPLES), at)
     verdict = dict(zip(VERDICT, np.ravel(loop.state["verdict"]).tolist(), strict=True))
     slope, variance = exp(verdict["log_gain"]), verdict["var_log_gain"]
     known = observer.effective_tuning.stiffness_std
@@ -125,7 +126,7 @@ def car_force_slope_note(factory: ObserverFactory, recording: Recording, at: int
     )
 
 
-def _loop_after_replay(observer: Observer, recording: Recording, first: int, last: int) -> Loop:
+def _replayed_control_loop(observer: Observer, recording: Recording, first: int, last: int) -> Loop:
     """The loop of an observer after these samples of a recording."""
     loop = Loop(observer)
     for sample in islice(samples_of(recording), first, last + 1):

@@ -148,7 +148,7 @@ def _map_if_t_counts_samples(recording: Recording) -> str:
     if (np.diff(recording.t) != 1).any():
         return ""
     source = _source(recording, "t")
-    counted = replace(source, factor=source.factor / USUAL_RATE).map_entry_text("t")
+    counted = replace(source, factor=source.factor / USUAL_RATE).map_option_text("t")
     return f"; if t counts samples, at {USUAL_RATE:g} Hz: {counted} in its place"
 
 
@@ -173,5 +173,5 @@ def _angle_source_and_ratio_note(recording: Recording) -> tuple[SignalSource, st
         return degrees.geared_by_steering_ratio("psi"), source.ratio_hint
     if largest > SURELY_DEGREES or source.ratio:
         return degrees, ""
-    geared = source.geared_by_steering_ratio("psi").map_entry_text("psi")
+    geared = source.geared_by_steering_ratio("psi").map_option_text("psi")
     return degrees, f", or {geared} if it is the steering wheel's{source.ratio_hint}"

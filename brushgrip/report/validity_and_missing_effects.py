@@ -215,7 +215,7 @@ def _known_recordings_text(tracks: Sequence[FrictionTrack]) -> str:
     return f"{len(known)} of {len(tracks)} recordings (first after {since} s{ends})"
 
 
-def adjusted_values_in_words(diagnosis: Diagnosis) -> str:
+def refitted_per_recording_text(diagnosis: Diagnosis) -> str:
     """What is fitted to each recording that judges, in words."""
     scopes = {e.name for e, p in diagnosis.model.parameters if e and p.scope == "recording"}
     return (
@@ -242,7 +242,7 @@ def error_text_and_basis(diagnosis: Diagnosis) -> tuple[str, str]:
         first = f"{refitted} of its range by the assumed model"
     told = f"The error of the calculated torque (not of friction): {first} with only k fitted"
     told += "".join(f", {one} by the model found" for one in found)
-    values = f"{adjusted_values_in_words(diagnosis)}, fitted to each"
+    values = f"{refitted_per_recording_text(diagnosis)}, fitted to each"
     if not bare:
         return f"{told}.", sentence(f"in {judged}, with {values}")
     left = percent(stages[-1].summary()[judging])

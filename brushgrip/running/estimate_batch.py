@@ -39,7 +39,7 @@ from brushgrip.outputs.atomic import check_png_name, staged_files, table_and_pic
 from brushgrip.outputs.console import Progress, progress
 from brushgrip.outputs.standard_streams import REMARKS
 from brushgrip.pictures.friction import draw_friction
-from brushgrip.running.cluster import cluster_or_local_executor
+from brushgrip.running.dask_or_local_executor import cluster_or_local_executor
 from brushgrip.running.row_spool import Row, RowSpool
 from brushgrip.running.summary_table import COLUMNS, summary_row
 from brushgrip.wording.formatting import csv_text

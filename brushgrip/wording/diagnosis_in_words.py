@@ -17,7 +17,7 @@ from brushgrip.wording.formatting import (
 from identification import Diagnosis, FoundEffect, FoundModel, ParameterEstimate
 from identification.diagnosis.contradicted_declared_values import says_declared_value_is_off
 from identification.diagnosis.graded_effects import CLEAR_ERRORS, UNRECORDED_LOAD
-from identification.experiments.proposed_experiment import Proposal
+from identification.experiments.model_separation import Proposal
 from identification.selection.criteria import CLEAR_BIC
 
 GRADES: Mapping[str, str] = {

@@ -90,10 +90,10 @@ def value_with_std(estimate: ParameterEstimate | IdentifiedParameter) -> str:
     if not math.isfinite(value):
         return f"{'∞' if value > 0 else '−∞' if value < 0 else '–'}{unit}"
     if std is None or not math.isfinite(std) or std <= 0:
-        power = _power_of_ten(abs(value) or 1.0)
+        power = _displayed_exponent(abs(value) or 1.0)
         text = f"{value / 10**power:.4g}"
     else:
-        power = _power_of_ten(max(abs(value), std))
+        power = _displayed_exponent(max(abs(value), std))
         if power > 0 and abs(value) < NOTHING * std:
             return "not determined"
         scaled = std / 10**power
@@ -193,7 +193,7 @@ def worse_recordings(diagnosis: Diagnosis) -> list[str]:
     return [n for n in names if any(n in old and new[n] > old[n] for old, new in pairs)]
 
 
-def _power_of_ten(size: float) -> int:
+def _displayed_exponent(size: float) -> int:
     """The power of ten that stands behind a figure of this size; 0 from 1e-3 to 1e5."""
     return 0 if 1e-3 <= size < 1e5 else math.floor(math.log10(size))
 

@@ -11,7 +11,7 @@ from identification.diagnosis.graded_effects import assumed_tolerances_note
 from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.torque_errors_by_stage import declared_errors, left_out_residuals
 from identification.experiments.discriminating_experiment import propose
-from identification.experiments.proposed_experiment import Proposal
+from identification.experiments.model_separation import Proposal
 from identification.fits.least_squares_problem import torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.fits.single_threaded_blas import one_thread

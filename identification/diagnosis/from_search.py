@@ -18,7 +18,7 @@ from identification.diagnosis.result import Diagnosis
 from identification.diagnosis.result_parts import Candidate, FoundEffect, Series, TorqueErrors
 from identification.diagnosis.stand_ins_for_unknown_cause import stand_in_effect_names
 from identification.diagnosis.torque_errors_by_stage import torque_and_model_errors
-from identification.experiments.proposed_experiment import Proposal
+from identification.experiments.model_separation import Proposal
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit, parameters_at_bounds
 from identification.fits.least_squares_problem import signals_of
@@ -64,7 +64,7 @@ def build_diagnosis(
     fitted = after.fitted
     errors_before, error_before = torque_and_model_errors(before, training, holdout, left_out[0])
     errors_after, error_after = torque_and_model_errors(after, training, holdout, left_out[1])
-    values = _values_with_tared_torque(fitted.model, after.values, everything)
+    values = _values_with_tare_added(fitted.model, after.values, everything)
     estimates = _estimates(after, values, training, holdout)
     left = find_residual_structure(after.residuals, everything, followed[1], fitted.loss)
     standing_in = stand_in_effect_names(steps, rests, everything, left)
@@ -156,7 +156,7 @@ def _candidates(first: SearchStep, recordings: Sequence[Recording]) -> tuple[Can
     )
 
 
-def _values_with_tared_torque(model: Model, values: Values, recordings: Sequence[Recording]) -> Values:
+def _values_with_tare_added(model: Model, values: Values, recordings: Sequence[Recording]) -> Values:
     """The values with what a taring took off, which `simulate` does without, see `Effect.tare`.
 
     It is what the model bears at the first sample, the mean over these recordings [N m].

@@ -9,7 +9,7 @@ import numpy as np
 from identification.diagnosis.contradicted_declared_values import notes_on_wrong_declared_values
 from identification.diagnosis.found_vs_declared_stiffness import kingpin_inclination_note, stiffness_note
 from identification.diagnosis.result_parts import FoundEffect, Grade, TorqueErrors
-from identification.experiments.proposed_experiment import Proposal
+from identification.experiments.model_separation import Proposal
 from identification.fits.fitting import Fit, parameters_at_bounds
 from identification.fits.values_by_ground_and_recording import ParameterEstimate
 from identification.reading.recordings import Recording

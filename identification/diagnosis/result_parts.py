@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from identification.experiments.proposed_experiment import Proposal
+from identification.experiments.model_separation import Proposal
 from identification.fits.values_by_ground_and_recording import ParameterEstimate
 from identification.loop_plot import draw_loops
 from symbolic import Scope

@@ -19,7 +19,7 @@ from identification.experiments.manoeuvre_in_recorded_range import (
     recorded_range,
 )
 from identification.experiments.manoeuvres import manoeuvres
-from identification.experiments.proposed_experiment import (
+from identification.experiments.model_separation import (
     Proposal,
     fitted_sample_period,
     proposal_from_torques,

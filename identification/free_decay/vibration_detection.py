@@ -97,7 +97,7 @@ def find_vibration(decay: Decay) -> FreeVibration:
         )
     loud = max(1.5 * step, _LOUD * deflection)
     calm, end = _calm_after_vibration(t, np.abs(swing), loud, 2 * np.pi / omega)
-    damping = _decay_rate_from_energy(t[:calm], swing[:calm], loud, omega)
+    damping = _decay_rate_by_centroid(t[:calm], swing[:calm], loud, omega)
     length = min(np.log(deflection / (_MIN_AMPLITUDE * step)), _MAX_LENGTH) / damping
     length = max(length, MIN_PERIODS * 2 * np.pi / omega)
     return FreeVibration(
@@ -166,7 +166,7 @@ def _calm_after_vibration(t: Array, away: Array, loud: float, period: float) -> 
     return int(is_loud[-1]) + 1, t.size
 
 
-def _decay_rate_from_energy(t: Array, swing: Array, least: float, omega: float) -> float:
+def _decay_rate_by_centroid(t: Array, swing: Array, least: float, omega: float) -> float:
     """Decay rate from the centroid of the energy, which lies at half a time constant [1/s]."""
     energy = np.where(np.abs(swing) > least, swing**2, 0) * np.gradient(t)
     delay = float(((t - t[0]) * energy).sum() / energy.sum())

@@ -68,7 +68,7 @@ def simulate_vibration(t: Array, unknowns: Array, geometry: Array) -> VibrationT
     NaN where the wheel would not vibrate, 4 K J_A <= b_t^2. Unknowns and geometry are in the order of
     `UNKNOWNS` and of `GEOMETRY`.
     """
-    first, stretch = _first_and_multistep_functions()
+    first, stretch = _initial_and_stretch_steps()
     state, sensitivity = (matrix.full() for matrix in first(unknowns, geometry))
     theta = unknowns[[UNKNOWNS.index(name) for name in PARAMETERS]]
     # Matrices of casadi lie column by column: the transposes of these arrays, sample after sample.
@@ -95,7 +95,7 @@ def _parts(vector: Expression) -> list[Expression]:
 
 
 @cache
-def _first_and_multistep_functions() -> tuple[ca.Function, ca.Function]:
+def _initial_and_stretch_steps() -> tuple[ca.Function, ca.Function]:
     """The state at the first sample, and a stretch of samples; with derivatives by `UNKNOWNS`."""
     unknowns, geometry = ca.SX.sym("unknowns", len(UNKNOWNS)), ca.SX.sym("geometry", len(GEOMETRY))
     state = initial_vibration_state(unknowns, geometry)

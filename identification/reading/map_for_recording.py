@@ -36,7 +36,7 @@ def choose_map_for_channels(where: str, signals: SignalMap, names: Sequence[str]
     fitting = [one for one in signals.alternatives if not lacking(one)]
     if len(fitting) > 1:
         texts = [
-            ",".join(s.map_entry_text(column) for column, s in one.signals.items()) for one in fitting
+            ",".join(s.map_option_text(column) for column, s in one.signals.items()) for one in fitting
         ]
         raise InvalidInputError(
             f"{where}: several maps fit, {' and '.join(texts)}; join them, or name a channel in each"
@@ -66,9 +66,8 @@ def add_unit_by_name(column: str, source: SignalSource, stated: str) -> tuple[Si
     if unit in UNSURE_AT_END:
         return source, f"{name} in {next(iter(UNITS[column]))}, not in {unit}"
     if abs(source.factor) != 1:
-        with_unit, without = (
-            replace(source, unit=one).map_entry_text(column) for one in (unit, next(iter(UNITS[column])))
-        )
+        units = unit, next(iter(UNITS[column]))
+        with_unit, without = (replace(source, unit=one).map_option_text(column) for one in units)
         raise InvalidInputError(
             f"is {unit} the unit of {name}, or in the factor already? Write"
             f" {as_map_option([with_unit])}, or {as_map_option([without])}"
@@ -94,7 +93,7 @@ def with_steering_ratio(signals: SignalMap, ratio: float) -> SignalMap:
         if abs(source.factor) != 1:
             raise InvalidInputError(
                 f"--steering-ratio {ratio:g}: the map of channels has a factor for {column} already,"
-                f" {source.map_entry_text(column)}; give one of them"
+                f" {source.map_option_text(column)}; give one of them"
             )
     first, *others = (replace(one, steering_ratio=ratio) for one in signals.alternatives)
     return replace(first, others=tuple(others))
@@ -107,5 +106,5 @@ def _entries_with_steering_ratio(one: SignalMap, ratio: float) -> str:
         source = one.of(column)
         at_end = unit_at_end(column, source.channel)
         unit = source.unit or (at_end if at_end and at_end not in UNSURE_AT_END else None)
-        entries.append(replace(source, factor=source.factor / ratio, unit=unit).map_entry_text(column))
+        entries.append(replace(source, factor=source.factor / ratio, unit=unit).map_option_text(column))
     return ",".join(entries)

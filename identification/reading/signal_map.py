@@ -65,7 +65,7 @@ class SignalSource:
         factor = require_factor(column, unit if self.unit is None else self.unit, self.channel)
         return self.factor * factor / (self.ratio if self.ratio and column in ANGLES else 1.0)
 
-    def map_entry_text(self, column: str) -> str:
+    def map_option_text(self, column: str) -> str:
         """As on the command line: `psi=-0.5*Steer:deg`."""
         factor = "" if abs(self.factor) == 1 else f"{_factor_text(abs(self.factor))}*"
         unit = "" if self.unit is None else f":{self.unit}"
@@ -229,7 +229,7 @@ def corrected_map_text(sources: Mapping[str, SignalSource], changed: Mapping[str
     Names that `--map` cannot hold make it the first line of the file that has [signals].
     """
     given = {c: s for c, s in sources.items() if s != SignalSource(channel=c)} | dict(changed)
-    entries = {column: source.map_entry_text(column) for column, source in given.items()}
+    entries = {column: source.map_option_text(column) for column, source in given.items()}
     found = [_SOURCE.fullmatch(entry.partition("=")[2]) for entry in entries.values()]
     for source, one in zip(given.values(), found, strict=True):
         if "," in source.channel or one is None or one["channel"] != source.channel:

@@ -29,8 +29,8 @@ from observers.embedded.scalar_type import Real
 from observers.estimators.ekf import Ekf
 from observers.estimators.mhe import Mhe
 from observers.estimators.model_observer import ModelObserver
-from observers.measurement.linearisation import angle_is_state, slope_states
 from observers.measurement.measurement_model import CLEAN
+from observers.measurement.motion_and_torque_jacobians import angle_is_state, slope_states
 from observers.patch.update import memory_depends_on_tyre
 from observers.protocol import OUTPUT, SAMPLE, FunctionObserver
 from observers.quality.acquisition import OWN

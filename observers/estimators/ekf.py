@@ -16,13 +16,13 @@ import casadi as ca
 from observers.estimators.ekf_mhe_step_terms import StepSample, clip_to_bounds, step_symbols
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import Layout, Parts
-from observers.measurement.linearisation import (
+from observers.measurement.measurement_model import CLEAN, MeasurementModel
+from observers.measurement.motion_and_torque_jacobians import (
     angle_is_state,
     build_linearised_measurement,
     build_linearised_motion,
     slope_states,
 )
-from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.patch.patch_protocol import PatchModel
 from observers.patch.update import (
     advance_patch,

@@ -7,8 +7,8 @@ import casadi as ca
 
 from observers.layout import Expression, Layout, Parts, named, outputs_of, symbols
 from observers.measurement.directional_friction import CHANGING, EVIDENCE, OTHER
-from observers.measurement.linearisation import build_clean, state_index
 from observers.measurement.measurement_model import CLEAN, MAX_ZERO_DEVIATIONS, RIG, MeasurementModel
+from observers.measurement.motion_and_torque_jacobians import build_clean, state_index
 from observers.measurement.torque_error import share_of_full_slide
 from observers.patch.patch_protocol import (
     PatchModel,

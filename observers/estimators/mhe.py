@@ -39,8 +39,8 @@ from observers.estimators.mhe_recursions import (
 )
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import Layout, Parts, symbols
-from observers.measurement.linearisation import angle_is_state, slope_states
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
+from observers.measurement.motion_and_torque_jacobians import angle_is_state, slope_states
 from observers.patch.patch_memory_over_window import PatchWindow
 from observers.patch.patch_protocol import PatchModel
 from observers.patch.update import memory_depends_on_tyre, reset_retention, sensitivity_retention

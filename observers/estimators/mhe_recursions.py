@@ -21,13 +21,13 @@ import casadi as ca
 
 from observers.estimators.ekf_mhe_step_terms import clip_to_bounds
 from observers.layout import Expression, named, symbols, symbols_of_inputs
-from observers.measurement.linearisation import (
+from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
+from observers.measurement.motion_and_torque_jacobians import (
     build_linearised_measurement,
     build_linearised_motion,
     slope_states,
     state_index,
 )
-from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.quality.outlier_or_ground_change import huber_weight
 from observers.tuning import TUNING_FIELDS
 from observers.udu import predict_covariance, symbolic_covariance_from_udu, update_covariance

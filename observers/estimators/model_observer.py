@@ -16,7 +16,7 @@ from observers.measurement.measurement_model import RIG, AligningTorque, Measure
 from observers.patch.patch_protocol import EQUIVALENT
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch
 from observers.quality.acquisition_and_tracking import build_step_with_acquisition, supervision_layout
-from observers.quality.closest_declared_patch import equivalent_patch
+from observers.quality.equivalent_patch import equivalent_patch
 from observers.tuning import (
     PLAUSIBLE,
     TUNING_FIELDS,
@@ -71,7 +71,7 @@ class ModelObserver(CasadiObserver):
             )
         if self._has_directional_friction:
             object.__setattr__(self, "acquire", False)
-            self._replace_asymmetry_ratio()
+            self._neutralise_asymmetry()
         if self.model.uses_exact_patch and (
             self._has_directional_friction or series_deflection(self.model) is not None
         ):
@@ -90,7 +90,7 @@ class ModelObserver(CasadiObserver):
             window=getattr(self, "window", 1), iterations=getattr(self, "iterations", 1)
         )
 
-    def _replace_asymmetry_ratio(self) -> None:
+    def _neutralise_asymmetry(self) -> None:
         """Friction by direction replaces that of the model, and changes where the model's did."""
         model = self.measurement_model
         if isinstance(model, DirectionalFriction) and ASYMMETRY_RATIO in self.values:

@@ -21,8 +21,8 @@ from observers.compiled_step import compiled_stretch, first_sample, run_stretche
 from observers.estimates import Estimates
 from observers.estimators.ekf import Ekf
 from observers.interfaces.run import run, samples_and_first_index
-from observers.measurement.linearisation import build_linearised_motion, state_index
 from observers.measurement.measurement_model import RIG
+from observers.measurement.motion_and_torque_jacobians import build_linearised_motion, state_index
 from observers.protocol import UNINFORMED, Status
 from observers.udu import covariance_of
 from symbolic import InvalidInputError

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import casadi as ca
 
 from observers.layout import Parts
-from observers.measurement.linearisation import slope_states, state_index
 from observers.measurement.measurement_model import MeasurementModel
+from observers.measurement.motion_and_torque_jacobians import slope_states, state_index
 from observers.patch.patch_protocol import PatchModel
 from observers.patch.update import (
     advance_patch,

@@ -19,8 +19,8 @@ import casadi as ca
 
 from observers.layout import Expression, Parts, named, outputs_of, symbols, vector_of
 from observers.measurement.directional_friction import EXCHANGED, OTHER
-from observers.measurement.linearisation import TYRE, slope_states, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
+from observers.measurement.motion_and_torque_jacobians import TYRE, slope_states, state_index
 from observers.patch.patch_protocol import PatchModel
 from symbolic import GEOMETRY, SIGNALS
 from symbolic.named_and_buffered_functions import named_function

@@ -45,7 +45,7 @@ from observers.quality.acquisition_handover import (
     states_handed_over,
 )
 from observers.quality.branch_consistency_and_band import build_tracking_consistency
-from observers.quality.closest_declared_patch import (
+from observers.quality.equivalent_patch import (
     build_equivalent_contact,
     build_patch_angle,
     effect_torques_of_sample,

@@ -109,7 +109,7 @@ def build_tracking_consistency(
     # These flags no estimator sets, and an alarm ends tracking before this.
     status += int(Status.ACQUIRING) * early + int(Status.RESET) * changed
     result = vector_of(OUTPUT, _tracking_output(own, output, status, limits))
-    confirmed = _update_confirmed(own, weight, doubt, wrong, clear, gear=gear)
+    confirmed = _raise_confirmed(own, weight, doubt, wrong, clear, gear=gear)
     over = ca.logic_or(own["phase"] == OVER, ca.logic_or(confirmed >= 2, doubted))
     phase = ca.if_else(over, OVER, ca.if_else(own["phase"] == 1, 0, inputs["counted"]))
     after = own | {
@@ -122,7 +122,7 @@ def build_tracking_consistency(
     return named_function("follow_output", inputs, outputs, cse=True)
 
 
-def _update_confirmed(
+def _raise_confirmed(
     own: Parts, weight: Expression, doubt: Expression, wrong: Expression, clear: Expression, *,
     gear: bool,
 ) -> Expression:  # fmt: skip

@@ -15,8 +15,8 @@ import casadi as ca
 
 from observers.layout import Expression, Parts, named, outputs_of, symbols, symbols_of_inputs
 from observers.measurement.directional_friction import EXCHANGED, OTHER
-from observers.measurement.linearisation import build_linearised_measurement, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
+from observers.measurement.motion_and_torque_jacobians import build_linearised_measurement, state_index
 from observers.measurement.torque_error import JITTER
 from observers.quality.friction_change_by_stroke import (
     AT_REST,

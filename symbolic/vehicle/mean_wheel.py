@@ -74,7 +74,7 @@ def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
     k /= unit_corner_moment(0.0, a, OFFSET * a)
     # The lever turns force into torque, and way into angle, so that it counts twice for the stiffness.
     by_contact = hypot(
-        *_tolerance_by_dimension("stiffness", contact, tolerances).values(), 2 * tolerances.geometry
+        *_errors_by_dimension("stiffness", contact, tolerances).values(), 2 * tolerances.geometry
     )
     # Under another load than that at which it was measured, k may be as it was, or go with 1/load.
     beside = vehicle.load_change_since_slide if calibrated else by_contact
@@ -108,12 +108,12 @@ def mu_std_by_cause(vehicle: Vehicle, *, brakes: bool) -> dict[str, float]:
     changed the half-length.
     """
     contact, tolerances = Contact.from_vehicle(vehicle, brakes=brakes), vehicle.tolerances
-    arm = _tolerance_by_dimension("slide_arm", contact, tolerances)
+    arm = _errors_by_dimension("slide_arm", contact, tolerances)
     of_length = arm.pop("a")
     load, calibrated = tolerances.load, vehicle.slide_factor is not None
     if vehicle.half_length is None or calibrated:
         as_load = replace(tolerances, half_length=load)
-        load += _tolerance_by_dimension("slide_arm", contact, as_load)["a"]
+        load += _errors_by_dimension("slide_arm", contact, as_load)["a"]
     shares = {"front_axle_load": load}
     if calibrated:
         shares["slide_factor"] = tolerances.slide_factor
@@ -147,7 +147,7 @@ def _relative_virgin_torque(pressure: Array, arm: Array, turns: Array) -> Array:
     return np.array(torques) / float((pressure * arm).sum())
 
 
-def _tolerance_by_dimension(
+def _errors_by_dimension(
     quantity: str, contact: Contact, tolerances: VehicleTolerances
 ) -> dict[str, float]:
     """Tolerance of a quantity of the contact as a share of it [1], by what of the contact makes it."""

@@ -47,11 +47,11 @@ class RackTimeDerivatives:
         near = [((then - at) / SMOOTHING_TIME, s - way) for then, s, _ in samples if isfinite(s)]
         if len(near) < MIN_SAMPLES or not isfinite(way):
             return RackInstant(way, held, 0.0, 0.0)
-        slope, bend = _fit_parabola(near)
+        slope, bend = _slope_half_curvature(near)
         return RackInstant(way, held, slope / SMOOTHING_TIME, 2 * bend / SMOOTHING_TIME**2)
 
 
-def _fit_parabola(points: list[tuple[float, float]]) -> tuple[float, float]:
+def _slope_half_curvature(points: list[tuple[float, float]]) -> tuple[float, float]:
     """Slope and half the curvature at 0 of the parabola through points, by least squares."""
     # In plain sums: a library's depend in their last digit on where arrays lie. In one pass, as there
     # are sixty points at 1 kHz.

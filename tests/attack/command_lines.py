@@ -12,7 +12,7 @@ from unittest import mock
 
 import identification
 from brushgrip.cli.app import main
-from brushgrip.running import cluster, estimate_batch
+from brushgrip.running import dask_or_local_executor, estimate_batch
 from symbolic import InvalidInputError
 from tests.attack.attack_class import one_by_one
 from tests.attack.workplace import place_inputs
@@ -142,7 +142,7 @@ def outcome_of(
     out, err = io.StringIO(), io.StringIO()
     hidden = {"BRUSHGRIP_DATA": "nowhere", "XDG_DATA_HOME": "nowhere", **(environment or {})}
     with (
-        mock.patch.object(cluster, "PATIENCE", "1s"),
+        mock.patch.object(dask_or_local_executor, "PATIENCE", "1s"),
         mock.patch.object(identification, "diagnose", _refuse),
         mock.patch.object(estimate_batch, "estimate_all", _refuse),
         mock.patch.dict(os.environ, hidden),

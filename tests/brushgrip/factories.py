@@ -18,7 +18,7 @@ from identification.diagnosis.result_parts import (
     TorqueErrors,
 )
 from identification.experiments.manoeuvre_in_recorded_range import SampledManoeuvre
-from identification.experiments.proposed_experiment import Proposal
+from identification.experiments.model_separation import Proposal
 from identification.fits.values_by_ground_and_recording import ParameterEstimate, Values
 from identification.residuals.partial_correlations import Autocorrelation, SignalCorrelation, Signatures
 from identification.residuals.residual_signals import RESIDUAL_SIGNALS, effects_with_signature

@@ -161,7 +161,7 @@ def _map_option_with_bus(bus: str, message: Any, places: dict[str, Any], signals
         signal = message.signals[0].name
         sources = {signal: SignalSource(channel=f"{message.name}.{signal}")}
     return ",".join(
-        replace(source, channel=f"{bus}/{source.channel}").map_entry_text(column)
+        replace(source, channel=f"{bus}/{source.channel}").map_option_text(column)
         for column, source in sources.items()
     )
 

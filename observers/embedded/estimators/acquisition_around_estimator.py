@@ -31,7 +31,7 @@ from observers.quality import (
     mu_over_k_hypotheses,
 )
 from observers.quality.acquisition_handover import covariance_pairs, handover_names, states_handed_over
-from observers.quality.closest_declared_patch import (
+from observers.quality.equivalent_patch import (
     build_added_torque,
     build_equivalent_contact,
     build_patch_angle,

@@ -25,8 +25,8 @@ from observers.embedded.scalar_expansion import (
 from observers.estimators.ekf import build_ekf_step, ekf_layout
 from observers.layout import Layout
 from observers.measurement.directional_friction import EXCHANGED, OTHER
-from observers.measurement.linearisation import angle_is_state, slope_states, state_index
 from observers.measurement.measurement_model import CLEAN
+from observers.measurement.motion_and_torque_jacobians import angle_is_state, slope_states, state_index
 from observers.patch.update import tyre_states
 from observers.udu import symbolic_covariance_from_udu
 

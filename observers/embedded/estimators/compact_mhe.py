@@ -32,8 +32,8 @@ from observers.estimators.mhe_recursions import (
 )
 from observers.layout import Layout, named, outputs_of
 from observers.measurement.directional_friction import EVIDENCE, OTHER
-from observers.measurement.linearisation import build_linearised_motion, slope_states
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
+from observers.measurement.motion_and_torque_jacobians import build_linearised_motion, slope_states
 from observers.patch.update import slopes_by_states, tyre_states
 from observers.protocol import SAMPLE
 from observers.quality.friction_change_by_stroke import change_monitor_fields

@@ -13,13 +13,13 @@ from observers.estimators.initial_state import build_initial_state
 from observers.estimators.mhe_recursions import build_forward_elimination
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import Layout, named, outputs_of
-from observers.measurement.linearisation import (
+from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
+from observers.measurement.motion_and_torque_jacobians import (
     build_clean,
     build_linearised_motion,
     slope_states,
     state_index,
 )
-from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.patch.patch_protocol import build_effective_friction
 from observers.patch.update import reset_retention, sensitivity_retention, signals_with_states
 from observers.protocol import SAMPLE

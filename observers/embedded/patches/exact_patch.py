@@ -12,7 +12,7 @@ from observers.embedded.patches.patch_code import LinearisedPatch, PatchCode, mh
 from observers.embedded.patches.patch_effects import TERMS, PatchEffects
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.estimators.model_observer import ModelObserver
-from observers.measurement.linearisation import angle_is_state
+from observers.measurement.motion_and_torque_jacobians import angle_is_state
 from symbolic import Model, full_slide_level
 from symbolic.compilation.scalar_c import c_function
 from symbolic.elements_in_series import series_deflection

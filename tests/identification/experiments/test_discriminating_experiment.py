@@ -8,7 +8,7 @@ import pytest
 from identification import Fit, Recording, Values, fit, smoothed_rate
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.manoeuvre_in_recorded_range import SAMPLE_PERIOD, SampledManoeuvre
-from identification.experiments.proposed_experiment import (
+from identification.experiments.model_separation import (
     Proposal,
     _difference_in_standard_errors,
     _RecordedModelDifference,

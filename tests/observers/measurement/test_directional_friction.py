@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from observers import CLEAN, DirectionalFriction, Ekf, Estimates, Mhe, Status, Tuning, build_clean, run
-from observers.measurement.linearisation import build_linearised_motion
 from observers.measurement.measurement_model import RIG as RIG_NUMBERS
+from observers.measurement.motion_and_torque_jacobians import build_linearised_motion
 from symbolic import InvalidInputError, Model, effects_named
 from symbolic.float_array_type import Array
 from tests.observers.conftest import RIG, K

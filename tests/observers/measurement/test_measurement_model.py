@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from observers import SAMPLE, AligningTorque, Ekf, MeasurementModel, Mhe, Sample, SteeringTorque
-from observers.measurement.linearisation import build_clean
 from observers.measurement.measurement_model import CLEAN
+from observers.measurement.motion_and_torque_jacobians import build_clean
 from symbolic import InvalidInputError, Rig
 from tests.observers.conftest import RIG, make
 from tests.refusal import refused

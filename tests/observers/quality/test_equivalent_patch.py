@@ -9,7 +9,7 @@ import pytest
 
 from observers import PROFILES, Ekf, Estimates, Status, SteeringTorque, causal_rate, run
 from observers.planning.steering_limits_and_paths import fastest_path
-from observers.quality.closest_declared_patch import REST, build_equivalent_contact, build_patch_angle
+from observers.quality.equivalent_patch import REST, build_equivalent_contact, build_patch_angle
 from observers.quality.hysteresis_branches import loads_of_branches
 from reference_rig import (
     RIG_EFFECTS,

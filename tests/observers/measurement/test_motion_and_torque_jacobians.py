@@ -9,12 +9,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from observers import AligningTorque, MeasurementModel, SteeringTorque, Tuning
-from observers.measurement.linearisation import (
+from observers.measurement.measurement_model import CLEAN
+from observers.measurement.motion_and_torque_jacobians import (
     build_linearised_measurement,
     build_linearised_motion,
     slope_states,
 )
-from observers.measurement.measurement_model import CLEAN
 from symbolic.float_array_type import Array
 from tests.observers.conftest import RIG
 from tests.observers.factories import slide
