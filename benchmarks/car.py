@@ -69,7 +69,9 @@ class Judged:
     floor: float
     """What the observer counts for declared values that no steering tells, over mu [1]."""
     least_std: float
-    """Deviation over mu from which on a 95 % band holds `AT_ENDS` of those values' ends [1]."""
+    """Deviation over mu whose 95 % band holds `AT_ENDS` of the cases with all of them at an end [1]."""
+    held: float
+    """Share of those cases in the 95 % band of `floor` [1]."""
 
     @property
     def refusal(self) -> str:
@@ -103,13 +105,13 @@ def estimate(text: str, recording: CarRecording, sensing: str, observer: str) ->
     return {key: np.array([float(row[key] or "nan") for row in rows]) for key in wanted}
 
 
-def floor_and_least_std(text: str, *, brake: bool) -> tuple[float, float]:
-    """`Judged.floor` and `Judged.least_std` by a vehicle file."""
+def declared_parts(text: str, *, brake: bool) -> tuple[float, float, float]:
+    """`Judged.floor`, `Judged.least_std` and `Judged.held` by a vehicle file."""
     of_values = mu_std_by_cause(vehicle_from_tables(tomllib.loads(text)), brakes=brake)
     shares = np.array(list(of_values.values()))
-    ends = np.array(list(product((-1, 1), repeat=shares.size))) @ shares / STD_PER_TOLERANCE
-    held = np.quantile(np.abs(ends), AT_ENDS, method="inverted_cdf")
-    return float(np.linalg.norm(shares)), float(held) / 1.96
+    ends = np.abs(list(product((-1, 1), repeat=shares.size)) @ shares / STD_PER_TOLERANCE)
+    floor, least = np.linalg.norm(shares), np.quantile(ends, AT_ENDS, method="inverted_cdf") / 1.96
+    return float(floor), float(least), float(np.mean(ends <= 1.96 * floor))
 
 
 def with_column_friction(recording: CarRecording, torque: float) -> CarRecording:
@@ -138,7 +140,7 @@ def judge(
     turned = np.maximum.accumulate(handwheel) - np.minimum.accumulate(handwheel)
     stops = degrees(2 * drawn.car.lock / drawn.car.pinion_radius)
     ends = [int(np.argmax(turned >= way)) for way in (HALF_TURN, NEAR_LOCKS * stops)]
-    floor, least_std = floor_and_least_std(text, brake=drawn.brake)
+    floor, least_std, held = declared_parts(text, brake=drawn.brake)
     return Judged(
         drawn=drawn,
         mu=float(np.mean(drawn.car.mu)),
@@ -150,6 +152,7 @@ def judge(
         locks=ends[1],
         floor=floor,
         least_std=least_std,
+        held=held,
     )
 
 
@@ -186,9 +189,10 @@ def summary(cars: list[Judged]) -> None:
         shares = [car.std[i] / car.estimate[i] for car, i in at if car.usable[i]]
         median = f"{100 * np.median(shares):.1f} %" if shares else "-"
         print(f"sigma/mu after {label}: median {median} over {len(shares)} usable of {len(cars)} cars")
-    floor, least = (100 * np.median([getattr(car, n) for car in cars]) for n in ("floor", "least_std"))
-    print(f"by declared values that no steering tells: median {floor:.1f} %; at their ends {AT_ENDS:.0%}"
-          f" are held from {least:.1f} % on")  # fmt: skip
+    named = "floor", "least_std", "held"
+    floor, least, held = (np.median([getattr(car, name) for car in cars]) for name in named)
+    print(f"by declared values that no steering tells: median {floor:.1%}; of the cases with all of them"
+          f" at an end it holds {held:.0%}, {least:.1%} hold {AT_ENDS:.0%}")  # fmt: skip
     last = [(car.mu, car.estimate[-1], car.std[-1]) for car in cars if car.usable[-1]]
     if last:
         mu, found, std = np.transpose(last)

@@ -39,7 +39,7 @@ STAGES = {
     "left out in turn": ("torque_errors_by_stage.py", "left_out_residuals"),
     "experiments": ("diagnose.py", "_nearest_rival_proposals"),
     "grades": ("from_search.py", "build_diagnosis"),
-    "observers": ("assumed_and_found_friction.py", "friction_by_both_models"),
+    "observers": ("friction_by_both_models.py", "friction_by_both_models"),
     "pictures": ("page.py", "_draw_pictures"),
     "report": ("page.py", "write_report"),
 }

@@ -51,8 +51,8 @@ def simulate(
     Args:
         model: the model.
         signals: rows psi [rad], psi_dot [rad/s], F_N [N], dt [s], shape (4, n).
-        theta: parameter vector in the order of `model.coordinates`, shape (p,), as `model.theta` gives
-            it of physical values, shape (p, 1): of a stiffness such as k_t it holds 1/k_t.
+        theta: parameter vector in the order of `model.coordinate_names`, shape (p,), as `model.theta`
+            gives it of physical values, shape (p, 1): of a stiffness such as k_t it holds 1/k_t.
         geometry: a and e [m], shape (2,).
         directions: columns in parameter space, shape (p, d), or with `RIG_DIRECTIONS` as further rows,
             shape (p + 3, d); None for no derivatives.

@@ -94,7 +94,7 @@ class FrictionByBothModels:
         }
 
     def prediction_band_by_ground(self, label: str = EKF_FOUND) -> dict[str, GroundFriction]:
-        """Those of `further` that have a band for a further recording."""
+        """Those of `last_usable_by_ground` that have a band for a further recording."""
         usable = self.last_usable_by_ground(label)
         return {ground: one for ground, one in usable.items() if one.further is not None}
 

@@ -77,7 +77,7 @@ def picture_as_png_and_svg(
 
 
 def is_drawn_by_us(path: Path) -> bool:
-    """Whether a file is a picture that `picture` has written."""
+    """Whether a file is a picture that `figure_saved_as_png` has written."""
     with path.open("rb") as file:
         return f"tEXtSource\0{_SOURCE}".encode() in file.read(_BEGINNING)
 

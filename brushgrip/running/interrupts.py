@@ -15,7 +15,7 @@ _CASADI = "casadi.py"
 
 
 class InterruptHandler:
-    """Raises KeyboardInterrupt once, where Python code can handle it, and never after `end`.
+    """Raises KeyboardInterrupt once, where Python code can handle it; not after `stop_interrupting`.
 
     Amid an import, compiled code would print it as a fault; amid a function of CasADi's module, which
     its compiled code may have called, it would be lost. There it waits until that is done, unless it

@@ -8,10 +8,10 @@
       |                                  `ChannelSamples`, with their unit and, if any, a clock
       |         channels_by_name         which is which column, as a map or its name says (signal_map)
       |         common_clock_and_units   columns in SI (units) and on one clock
-    Table       sample_table             the checks of every sample, the first fault by its place
+    Table       checked_sample_table     the checks of every sample, the first fault by its place
       |
       |         rigfile                  values that the file declares, else those of the rig file
-      |         steering_rate            the yaw rate where none was recorded
+      |         yaw_rate_from_angle      the yaw rate where none was recorded
     Recording   recordings               gaps filled; causal, from the first complete sample on
 
 `readers` is the registry: by the suffix of a file, the function that goes from bytes to `Table`. A

@@ -83,7 +83,7 @@ class SignalSource:
 
     @property
     def ratio_hint(self) -> str:
-        """What to put in place of the usual ratio of `geared`; empty where it is not used."""
+        """What to put in place of the usual steering ratio; empty where it is not used."""
         return "" if self.ratio else f", with your steering ratio for {USUAL_RATIO}"
 
     def to_dict(self) -> dict[str, str | float | None]:

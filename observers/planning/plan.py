@@ -207,7 +207,7 @@ class _PathSearch:
     def _forecast_until_target(
         self, path: SteeringPath, case: ForecastCase, last: int
     ) -> tuple[int | None, float]:
-        """`Forecaster.reach` without noise."""
+        """`Forecaster.at_target` without noise."""
         return self.forecaster.at_target(path, case, self.F_N, self.target, self.limits.torque, last)
 
     def cost_along_path(self, path: SteeringPath) -> Array:

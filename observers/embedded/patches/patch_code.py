@@ -15,7 +15,7 @@ from symbolic.patch_moment_by_zones import full_slide_arm
 
 @dataclass(frozen=True)
 class LinearisedPatch:
-    """A `PatchModel` whose memory, see `layout`, is an input of every step."""
+    """A `PatchModel` whose memory, see `memory_layout`, is an input of every step."""
 
     by_stiffness: bool  # The torque depends on k, which is a state.
     slides: bool  # The effective friction is in the memory too; else it is the declared model's.
