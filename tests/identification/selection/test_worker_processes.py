@@ -139,9 +139,9 @@ def test_no_process_stays_without_its_parent(tmp_path: Path, repository_root: Pa
     code = (
         # As in a terminal: a shell starts what is in the background deaf to Ctrl-C.
         "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-        "from identification.selection.trial_runner import workers\n"
+        "from identification.selection.trial_runner import worker_submitter\n"
         "from tests.identification.selection.test_worker_processes import busy\n"
-        "with workers(2) as submit:\n"
+        "with worker_submitter(2) as submit:\n"
         "    for _ in (submit(busy, sys.argv[1]), submit(busy, sys.argv[1])): _.result()\n"
     )
     command = [sys.executable, "-c", code, str(tmp_path)]
