@@ -66,12 +66,19 @@ class Judged:
     """First sample after half a turn of the handwheel."""
     locks: int
     """First sample after both locks."""
-    floor: float
-    """What the observer counts for declared values that no steering tells, over mu [1]."""
-    least_std: float
-    """Deviation over mu whose 95 % band holds `AT_ENDS` of the cases with all of them at an end [1]."""
-    held: float
-    """Share of those cases in the 95 % band of `floor` [1]."""
+    declared: Array
+    """What declared values that no steering tells leave of mu, by value, as deviations [1]."""
+
+    @property
+    def floor(self) -> float:
+        """Deviation over mu that the observer counts for those values together [1]."""
+        return float(np.linalg.norm(self.declared))
+
+    @property
+    def errors_at_ends(self) -> Array:
+        """Size of the error over mu with all those values at an end of their tolerances, by case [1]."""
+        ends = np.array(list(product((-1, 1), repeat=self.declared.size))) / STD_PER_TOLERANCE
+        return np.abs(ends @ self.declared)
 
     @property
     def refusal(self) -> str:
@@ -105,15 +112,6 @@ def estimate(text: str, recording: CarRecording, sensing: str, observer: str) ->
     return {key: np.array([float(row[key] or "nan") for row in rows]) for key in wanted}
 
 
-def declared_parts(text: str, *, brake: bool) -> tuple[float, float, float]:
-    """`Judged.floor`, `Judged.least_std` and `Judged.held` by a vehicle file."""
-    of_values = mu_std_by_cause(vehicle_from_tables(tomllib.loads(text)), brakes=brake)
-    shares = np.array(list(of_values.values()))
-    ends = np.abs(list(product((-1, 1), repeat=shares.size)) @ shares / STD_PER_TOLERANCE)
-    floor, least = np.linalg.norm(shares), np.quantile(ends, AT_ENDS, method="inverted_cdf") / 1.96
-    return float(floor), float(least), float(np.mean(ends <= 1.96 * floor))
-
-
 def with_column_friction(recording: CarRecording, torque: float) -> CarRecording:
     """The same with dry friction of column and handwheel [N m], part of the torque at the rim."""
     stretch, stretches = 0.0, []
@@ -140,7 +138,7 @@ def judge(
     turned = np.maximum.accumulate(handwheel) - np.minimum.accumulate(handwheel)
     stops = degrees(2 * drawn.car.lock / drawn.car.pinion_radius)
     ends = [int(np.argmax(turned >= way)) for way in (HALF_TURN, NEAR_LOCKS * stops)]
-    floor, least_std, held = declared_parts(text, brake=drawn.brake)
+    vehicle = vehicle_from_tables(tomllib.loads(text))
     return Judged(
         drawn=drawn,
         mu=float(np.mean(drawn.car.mu)),
@@ -150,9 +148,7 @@ def judge(
         status=got["status"].astype(int),
         half_turn=ends[0],
         locks=ends[1],
-        floor=floor,
-        least_std=least_std,
-        held=held,
+        declared=np.array([*mu_std_by_cause(vehicle, brakes=drawn.brake).values()]),
     )
 
 
@@ -189,10 +185,11 @@ def summary(cars: list[Judged]) -> None:
         shares = [car.std[i] / car.estimate[i] for car, i in at if car.usable[i]]
         median = f"{100 * np.median(shares):.1f} %" if shares else "-"
         print(f"sigma/mu after {label}: median {median} over {len(shares)} usable of {len(cars)} cars")
-    named = "floor", "least_std", "held"
-    floor, least, held = (np.median([getattr(car, name) for car in cars]) for name in named)
+    floor = np.median([car.floor for car in cars])
+    held = np.median([np.mean(car.errors_at_ends <= 1.96 * car.floor) for car in cars])
+    least = [np.quantile(car.errors_at_ends, AT_ENDS, method="inverted_cdf") / 1.96 for car in cars]
     print(f"by declared values that no steering tells: median {floor:.1%}; of the cases with all of them"
-          f" at an end it holds {held:.0%}, {least:.1%} hold {AT_ENDS:.0%}")  # fmt: skip
+          f" at an end it holds {held:.0%}, {np.median(least):.1%} hold {AT_ENDS:.0%}")  # fmt: skip
     last = [(car.mu, car.estimate[-1], car.std[-1]) for car in cars if car.usable[-1]]
     if last:
         mu, found, std = np.transpose(last)

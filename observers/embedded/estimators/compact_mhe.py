@@ -128,15 +128,15 @@ class MheStepFunctions:
 
     def symbols(self, *names: str) -> list[ca.MX]:
         """Symbols of these names, in their shapes."""
-        of_torque = self.measurement_model
-        n, row = len(of_torque.states), len(stored_fields(of_torque))
+        model = self.measurement_model
+        n, row = len(model.states), len(stored_fields(model))
         shapes = {
             "sample": (len(SAMPLE), 1), "last": (len(CLEAN), 1), "now": (len(CLEAN), 1), "x": (n, 1),
             "mean": (n, 1), "factor": (n, n), "P": (n, n), "torque": (len(TORQUES), 1),
             "row": (row, 1), "after": (row, 1), "counts": (len(COUNTS), 1),
-            "monitor": (len(change_monitor_fields(of_torque)), 1),
-            "eliminated": (forward_elimination_layout(of_torque).size, 1), "costate": (n, 1),
-            "newest": (n, 1), "test": (len(innovation_test_outputs(of_torque)), 1), "age": (1, 1),
+            "monitor": (len(change_monitor_fields(model)), 1),
+            "eliminated": (forward_elimination_layout(model).size, 1), "costate": (n, 1),
+            "newest": (n, 1), "test": (len(innovation_test_outputs(model)), 1), "age": (1, 1),
             "imputed": (1, 1), "slide": (2, 1), "tuning": (len(TUNING_FIELDS), 1),
             "theta": (len(self.patch.torque_model.coordinate_names), 1), "rig": (len(RIG), 1),
         }  # fmt: skip
@@ -181,18 +181,9 @@ class MheStepFunctions:
         """(newest, torque, now, P, counts, monitor) -> test, counts, monitor."""
         names = ("newest", "torque", "now", "P", "counts", "monitor", "rig", "tuning")
         newest, torque, now, P, counts, monitor, rig, tuning = inputs = self.symbols(*names)
+        M_z, slopes = self.torque_and_slopes(torque, newest)
         innovation = build_innovation_test(self.measurement_model)
-        results = outputs_of(
-            innovation,
-            newest,
-            P,
-            *self.torque_and_slopes(torque, newest),
-            now,
-            counts,
-            monitor,
-            rig,
-            tuning,
-        )
+        results = outputs_of(innovation, newest, P, M_z, slopes, now, counts, monitor, rig, tuning)
         test = ca.vertcat(*(results[name] for name in innovation_test_outputs(self.measurement_model)))
         after = {name: results[name] for name in ("counts_next", "monitor_next")}
         return function_of_symbols("test_innovation", inputs, test=test, **after)
